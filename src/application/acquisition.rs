@@ -1,11 +1,11 @@
-//! From the interrupt that reads the sensors to the loop that flies: a lock-free queue, and a count of what did not
-//! get through.
+//! Queue from the interrupt that reads the sensors to the main loop, lock-free, with counters of lost samples.
 
 use crate::Sample;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Samples that can wait, and one: 150 ms at 200 Hz, five times the longest piece of work that was ever measured.
+/// Size of the queue, samples that can wait and one: 150 ms at 200 Hz, five times the longest piece of work ever
+/// measured.
 pub const QUEUE: usize = 32;
 
 /// Queue from the interrupt to the loop.
@@ -13,7 +13,7 @@ pub type SampleQueue = Queue<Acquired, QUEUE>;
 /// The loop's end of the queue.
 pub type SampleConsumer<'a> = Consumer<'a, Acquired>;
 
-/// A sample and its number since the start. A number that is left out is a sample that was lost.
+/// Sample with its number since the start. A number that is left out is a sample that was lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acquired {
     /// Number since the start.
@@ -22,7 +22,7 @@ pub struct Acquired {
     pub sample: Sample,
 }
 
-/// Counters of the interrupt; only it writes them. Full counters go round.
+/// Counters of the interrupt; only it writes them. They wrap.
 #[derive(Debug, Default)]
 pub struct AcquisitionCounts {
     acquired: AtomicU32,
@@ -33,7 +33,7 @@ pub struct AcquisitionCounts {
 }
 
 impl AcquisitionCounts {
-    /// Nothing yet.
+    /// Creates counters at zero.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -51,7 +51,7 @@ impl AcquisitionCounts {
         self.acquired.load(Ordering::Relaxed)
     }
 
-    /// Samples that were read and found no room.
+    /// Samples that were read and lost, because the queue had no room.
     #[must_use]
     pub fn queue_full(&self) -> u32 {
         self.queue_full.load(Ordering::Relaxed)
@@ -69,14 +69,14 @@ impl AcquisitionCounts {
         self.served.load(Ordering::Relaxed)
     }
 
-    /// Readings that failed, and what they were to give came later or not at all.
+    /// Readings that failed; their samples came later or not at all.
     #[must_use]
     pub fn faults(&self) -> u32 {
         self.faults.load(Ordering::Relaxed)
     }
 }
 
-/// The interrupt's side.
+/// Interrupt's side of the queue.
 pub struct Acquisition<'a> {
     producer: Producer<'a, Acquired>,
     counts: &'a AcquisitionCounts,
@@ -84,7 +84,7 @@ pub struct Acquisition<'a> {
 }
 
 impl<'a> Acquisition<'a> {
-    /// The only writer of `counts`.
+    /// Creates the interrupt's side, which is to be the only writer of `counts`.
     #[must_use]
     pub const fn new(producer: Producer<'a, Acquired>, counts: &'a AcquisitionCounts) -> Self {
         Self { producer, counts, sequence: 0 }
@@ -99,7 +99,7 @@ impl<'a> Acquisition<'a> {
         add(&self.counts.acquired, 1);
     }
 
-    /// A tick is served; `missed` went by without.
+    /// Counts a tick that is served, and `missed` ticks before it that were not.
     pub fn served(&mut self, missed: u32) {
         add(&self.counts.missed_ticks, missed);
         add(&self.counts.served, 1);
@@ -111,7 +111,7 @@ impl<'a> Acquisition<'a> {
     }
 }
 
-/// A load and a store: nobody else writes, and the interrupt does not preempt itself.
+/// Adds by a load and a store: nobody else writes, and the interrupt does not preempt itself.
 fn add(counter: &AtomicU32, more: u32) {
     counter.store(counter.load(Ordering::Relaxed).wrapping_add(more), Ordering::Relaxed);
 }

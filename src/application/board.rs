@@ -9,36 +9,36 @@ use embedded_storage::nor_flash::NorFlash;
 
 /// A board. Its interrupt reads the sensors and fills a queue; everything else happens when the application calls.
 pub trait Board {
-    /// The sectors of stored models.
+    /// Flash sectors for stored models.
     type Flash: NorFlash;
 
     /// Microseconds of the clock that stamps the samples.
     fn now_us(&self) -> u64;
 
-    /// Clock of the processor, Hz: how much work beside samples there is time for.
+    /// Clock of the processor, Hz; it sets how much work is done beside the samples.
     fn clock_hz(&self) -> u32 {
         168_000_000
     }
 
-    /// The oldest sample that waits in the queue.
+    /// Takes the oldest sample that waits in the queue.
     fn sample(&mut self) -> Option<Acquired>;
 
-    /// Counts of the interrupt.
+    /// Counters of the interrupt that reads the sensors.
     fn acquisition(&self) -> &AcquisitionCounts;
 
-    /// Takes as many of the first bytes as the transmitter has room for, and says how many. Does not wait.
+    /// Takes as many of the first bytes as the transmitter has room for, and returns their number. Does not wait.
     fn send(&mut self, bytes: &[u8]) -> usize;
 
-    /// The next byte that was received.
+    /// Takes the next byte that was received.
     fn receive(&mut self) -> Option<u8>;
 
-    /// Gives the watchdog another round.
+    /// Restarts the watchdog's time.
     fn feed_watchdog(&mut self);
 
     /// Sleeps until an interrupt, unless a sample is waiting.
     fn idle(&mut self);
 
-    /// Why the chip started.
+    /// Reason for which the chip started.
     fn reset_reason(&self) -> ResetReason;
 
     /// Resets by the watchdog since power came.
@@ -47,18 +47,18 @@ pub trait Board {
     /// The chip's unique number.
     fn identity(&self) -> ProbeId;
 
-    /// Most bytes of stack used so far, and how many there are.
+    /// Bytes of stack: the most used so far, and those that there are.
     fn stack_bytes(&self) -> [u32; 2];
 
     /// Writes one of the factory's records into its region, once, or compares it: [`provision`](super::provision). A
-    /// board whose region is protected, or is written by other means, keeps this.
+    /// board whose region is protected, or is written by other means, keeps this default, which refuses.
     ///
     /// # Errors
-    /// Why it did not.
+    /// The reason of the refusal.
     fn provision(&mut self, _record: &FactoryRecord, _only_check: bool) -> Result<(), CommandRefusal> {
         Err(CommandRefusal::NotSupported)
     }
 
-    /// A stage begins. For boards that play a defect; the others do nothing.
+    /// Notes that a stage begins, for boards that simulate a hang in it; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}
 }

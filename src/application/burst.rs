@@ -1,4 +1,4 @@
-//! The worst second, and its way onto the line.
+//! Burst: the second with the worst vibration, and its transmission.
 
 use crate::{
     survey::{BurstRecorder, SurveyInput},
@@ -9,21 +9,21 @@ use heapless::Vec;
 /// Samples of a burst: a second at 200 Hz.
 pub const BURST_SAMPLES: usize = 200;
 
-/// The worst second since the start. All zero at first, so that a `static` of it costs no flash.
+/// Recorder of the worst second since the start. All zero at first, so that a `static` of it costs no flash.
 pub struct Burst {
     recorder: BurstRecorder<BURST_SAMPLES>,
-    /// Next sample to be sent; `None` if nobody has asked.
+    /// Next sample to be sent; `None` while no burst is being sent.
     next: Option<usize>,
 }
 
 impl Burst {
-    /// Nothing was recorded.
+    /// Creates a recorder without a burst.
     #[must_use]
     pub const fn new() -> Self {
         Self { recorder: BurstRecorder::new(), next: None }
     }
 
-    /// Takes a sample. While a burst is being sent it stays as it is: the tool stands still then.
+    /// Takes a sample; drops it while a burst is being sent: the tool stands still then.
     pub(super) fn push(&mut self, input: &SurveyInput) {
         if self.next.is_none() {
             self.recorder.push(input);

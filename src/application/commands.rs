@@ -11,24 +11,24 @@ use crate::{
 };
 use heapless::Vec;
 
-/// Longest frame that is taken, without COBS: more than a configuration with its authentication.
+/// Longest frame that is accepted, bytes without COBS: more than a configuration with its authentication.
 const LONGEST: usize = 640;
 
-/// Bytes looked at in one round of the loop.
+/// Most bytes read from the line in one round of the loop.
 const BYTES_A_ROUND: u32 = 64;
 
-/// The way in. All zero at first, so that a `static` of it costs no flash.
+/// Receiver of commands. All zero at first, so that a `static` of it costs no flash.
 pub struct Commands {
     decoder: FrameDecoder<LONGEST>,
     gate: CommandGate,
-    /// Self-tests to be reported at once.
+    /// Result of a self-test, to be reported with the health at once.
     pub(super) self_test: Vec<SelfTest, 1>,
-    /// Who wants raw samples.
+    /// Requests for raw samples, and their ends.
     pub(super) recording: Recording,
 }
 
 impl Commands {
-    /// Without a key.
+    /// Creates a receiver without a key.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -39,25 +39,25 @@ impl Commands {
         }
     }
 
-    /// With the key that was provisioned; without one, no command that needs it is carried out.
+    /// Sets the key that was provisioned; without one, no command that needs it is carried out.
     pub fn provision(&mut self, key: Option<Key>) {
         self.gate = CommandGate::new(key);
     }
 
-    /// Frames that came, and what was wrong with others.
+    /// Counters of good and bad frames received.
     #[must_use]
     pub const fn link(&self) -> LinkCounters {
         self.decoder.counters()
     }
 
-    /// Number of commands that came.
+    /// Counters of the commands received.
     #[must_use]
     pub const fn counters(&self) -> CommandCounters {
         self.gate.counters()
     }
 }
 
-/// A probe without a memory for the counter: no authenticated command is carried out.
+/// Counter store of a probe without a memory: no authenticated command is carried out.
 struct NoCounter;
 
 impl CounterStore for NoCounter {
@@ -79,7 +79,7 @@ impl Default for Commands {
 }
 
 impl<B: Board> Application<'_, B> {
-    /// Looks at what has come in; carries out one command at most.
+    /// Reads the bytes received; carries out one command at most.
     pub(super) fn receive(&mut self, now_us: u64) {
         let Statics { commands, line, .. } = &mut self.statics;
         line.record(commands.recording.is_on(now_us));
@@ -94,7 +94,7 @@ impl<B: Board> Application<'_, B> {
     /// Takes a byte; returns true if it ended a frame.
     #[inline(never)]
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
-        // Not known to stand still: then it may be drilling.
+        // A probe that is not known to stand still may be drilling.
         let drilling = !self.statics.surveyor.stands_still(now_us);
         let Statics { commands, memory, .. } = &mut self.statics;
         let Commands { decoder, gate, .. } = &mut **commands;
@@ -172,7 +172,7 @@ impl<B: Board> Application<'_, B> {
                 burst.send();
             }
             Command::StationarySurvey { .. } => {
-                // Every stop gives a survey by itself; one that is over is sent again.
+                // Every stop gives a survey without a command; a survey that is over is sent again.
                 if surveyor.state() == StationaryState::Latched {
                     line.survey_again();
                 }

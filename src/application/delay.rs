@@ -6,7 +6,7 @@ pub const LATE_US: u64 = 2_000;
 /// Delays from acquisition to attitude.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delays {
-    /// The worst, microseconds.
+    /// Longest delay, microseconds.
     pub worst_us: u32,
     /// Number of delays over [`LATE_US`].
     pub late: u32,

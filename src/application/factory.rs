@@ -1,4 +1,4 @@
-//! The factory's records: what the probe starts with, and how they are written over the line.
+//! Factory records: calibration, mounting and key that the probe starts with, and their writing over the line.
 
 use super::{Application, Board, Statics};
 use crate::{
@@ -8,13 +8,13 @@ use crate::{
 };
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
-/// Reads the factory's records; nothing if they cannot be read.
+/// Reads the factory's records; empty ones if they cannot be read.
 #[must_use]
 pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
     FactoryRecords::read(region).unwrap_or_default()
 }
 
-/// The factory's calibration, or the default without.
+/// Configuration with the factory's calibration, or the default one without.
 #[must_use]
 pub fn factory_config(records: &FactoryRecords) -> Config {
     match &records.calibration {
@@ -25,7 +25,7 @@ pub fn factory_config(records: &FactoryRecords) -> Config {
     }
 }
 
-/// Surveys with the factory's mounting, or the default without.
+/// Configuration of the surveys with the factory's mounting, or the default one without.
 #[must_use]
 pub fn factory_survey(records: &FactoryRecords) -> SurveyConfig {
     let toolface_offset_rad = records.mounting.map_or(0.0, |mounting| mounting.toolface_offset_rad);
@@ -35,7 +35,7 @@ pub fn factory_survey(records: &FactoryRecords) -> SurveyConfig {
 /// Writes one of the factory's records into its region, or compares it with what the region holds.
 ///
 /// # Errors
-/// Why it did not, for the sender of the command.
+/// The reason of the refusal, for the sender of the command.
 pub fn provision<F: NorFlash>(region: F, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
     let mut provisioning = Provisioning::new(region);
     let done = if only_check { provisioning.check(record) } else { provisioning.write(record) };
@@ -48,7 +48,7 @@ pub fn provision<F: NorFlash>(region: F, record: &FactoryRecord, only_check: boo
 }
 
 impl<B: Board> Application<'_, B> {
-    /// Writes a record and flies with it; a boot then tells what.
+    /// Writes a record and uses it from now on; a calibration starts the pipeline afresh.
     pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         self.board.provision(record, only_check)?;
         if only_check {

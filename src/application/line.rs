@@ -16,16 +16,16 @@ use crate::{
 };
 use heapless::Vec;
 
-/// Bytes that wait: results (a diagnosis takes up to 1,000), a recording, attitudes.
+/// Lanes of 1280 bytes for results (a diagnosis takes up to 1,000), 512 for a recording, 256 for attitudes.
 type Queue = TelemetryQueue<1280, 512, 256>;
 
-/// More than a window's report, a survey or a window of dynamics takes.
+/// Room for a result, bytes: more than a window's report, a survey or a window of dynamics takes.
 const RESULT: usize = 600;
 
-/// More than a boot takes, with a stored model of as many effects as there can be.
+/// Room for a boot, bytes: more than it takes with a stored model of as many effects as there can be.
 const BOOT: usize = 1_100;
 
-/// The way out. All zero at first, so that a `static` of it costs no flash.
+/// Sender of messages to the host. All zero at first, so that a `static` of it costs no flash.
 pub struct Line {
     queue: Queue,
     /// The frame on its way into the transmitter.
@@ -44,7 +44,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Nothing waits.
+    /// Creates a line on which nothing waits.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -67,7 +67,7 @@ impl Line {
         self.queue.configure(stream)
     }
 
-    /// The clock has gone back.
+    /// Notes that the clock has gone back.
     pub(super) const fn clock_went_back(&mut self) {
         self.queue.clock_went_back();
     }
@@ -99,7 +99,7 @@ impl Line {
         self.wants_boot && self.window.is_empty() && self.surveys.is_empty() && self.queue.results_room() >= BOOT
     }
 
-    /// Sends the boot. It is made only when it is taken.
+    /// Sends the boot; call it when [`Self::takes_boot`] returns true.
     #[inline(never)]
     pub(super) fn boot(&mut self, now_us: u64, boot: &Boot) {
         self.wants_boot = false;
@@ -107,7 +107,7 @@ impl Line {
         self.lost_unless(sent.is_ok());
     }
 
-    /// One sample, and what came of it.
+    /// Sends a sample's attitude, and the raw sample while recording.
     pub(super) fn sample(&mut self, now_us: u64, number: u32, sample: &Sample, output: Option<&Output>) {
         if self.recording {
             self.queue.push_sample(now_us, number, sample);
@@ -123,18 +123,18 @@ impl Line {
         self.flags & SelfTest::FAULTS
     }
 
-    /// Which surveys are new; the surveyor keeps them.
+    /// Notes new surveys, to be sent; the surveyor keeps them.
     pub(super) fn surveys(&mut self, news: SurveyNews) {
         self.lost_unless(!self.surveys.intersects(news));
         self.surveys |= news;
     }
 
-    /// The last stationary survey is to be said again.
+    /// Sends the last stationary survey again.
     pub(super) fn survey_again(&mut self) {
         self.surveys |= SurveyNews::STATIONARY;
     }
 
-    /// The dose is to be said now.
+    /// Sends the vibration dose now.
     pub(super) fn dose(&mut self) {
         self.surveys |= SurveyNews::DOSE;
     }
@@ -152,14 +152,14 @@ impl Line {
         self.queue.results_room() > MAX_PAYLOAD
     }
 
-    /// Sends the result of a diagnosis. It is made only when it is taken.
+    /// Sends the result of a diagnosis; call it when [`Self::takes_diagnosis`] returns true.
     #[inline(never)]
     pub(super) fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
         let taken = self.queue.push_result(now_us, report);
         self.lost_unless(taken.is_ok());
     }
 
-    /// The answer to a command. One that finds no room is not given: its sender asks again.
+    /// Sends the answer to a command. An answer that finds no room is dropped: the command's sender asks again.
     #[inline(never)]
     pub(super) fn acknowledge(&mut self, now_us: u64, answer: &Acknowledgement) {
         let _ = self.queue.push_result(now_us, answer);
@@ -171,7 +171,7 @@ impl Line {
         let _ = self.queue.push_result(now_us, health);
     }
 
-    /// Gives the board what it takes. One frame at most in a call, so that the time of it is bounded.
+    /// Gives the board as many bytes as it takes, of one frame at most, so that the call's time is bounded.
     pub(super) fn transmit<B: Board>(&mut self, board: &mut B) {
         let now_us = board.now_us();
         if self.sent == self.length {
@@ -184,15 +184,15 @@ impl Line {
         }
     }
 
-    /// Hands the queue what waits for room in it.
+    /// Moves waiting results into the queue, where there is room.
     #[inline(never)]
     pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, burst: &mut Burst) {
         let queue = &mut self.queue;
-        // Once there is room for any of them, none is refused.
+        // Once there is room for the longest of these results, none is refused.
         if queue.results_room() >= RESULT
             && let Some(report) = self.window.pop()
         {
-            // Its temperature is the stored model's matter.
+            // The temperature is reported with the stored model.
             let _ = queue.push_result(now_us, &Identification { report, temperature_c: None });
         }
         if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
@@ -215,7 +215,8 @@ impl Line {
             self.surveys.remove(SurveyNews::DOSE);
             let _ = queue.push_result(now_us, surveyor.dose());
         }
-        // A part at a time, and only when nothing else waits: a result or an answer waits for one part at most.
+        // One piece of a burst at a time, and only when nothing else waits: a result or an answer waits for one piece
+        // at most.
         if !queue.has_results_or_answers()
             && let Some(part) = burst.take_part()
         {

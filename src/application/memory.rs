@@ -1,4 +1,4 @@
-//! The models that outlive the power: one restored at the start, one stored when it is stable.
+//! Stored models, which outlive the power: one is restored at the start, one is stored when it is stable.
 
 use super::log::{error, info, warn};
 use crate::{
@@ -15,21 +15,21 @@ use crate::{
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Sectors of the ring.
+/// Sectors of the ring in flash.
 const SECTORS: usize = 3;
 
-/// Calls of [`ModelStore::prepare`] after which a flash that never is ready is left alone.
+/// Calls of [`ModelStore::prepare`] after which the preparation of a flash that is still not ready ends.
 const MOST_PREPARATIONS: u8 = 16;
 
-/// The ring of sectors, and what is on its way into it.
+/// The ring of sectors in flash, and the model on its way into it.
 pub struct Memory<F> {
     store: ModelStore<F, SECTORS>,
     gate: StabilityGate,
     history: ModelHistory,
     restored: Option<u32>,
-    /// Seconds of motion after which the filter goes on.
+    /// Seconds of motion that the estimator had learnt from when it was stored, if it goes on from there.
     goes_on_after_s: Option<f32>,
-    /// Why the model is stored before which what the filter has learnt is being written.
+    /// Reason of the model that is to be stored once the estimator's learnt state is written.
     reason: Option<StoreReason>,
 }
 
@@ -37,14 +37,14 @@ impl<F: NorFlash> Memory<F> {
     /// Reads the ring. Nothing is written.
     ///
     /// # Errors
-    /// A flash that cannot be used; the probe then flies without.
+    /// The flash cannot be used; the probe then flies without stored models.
     fn open(flash: F, config: &Config) -> Result<Self, StorageError<F::Error>> {
         let store = ModelStore::open(flash, Limits::new(config, &LIBRARY))?;
         let (gate, history) = afresh(config);
         Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None })
     }
 
-    /// Opens the ring and makes it ready, in the RAM that is kept for it. Before the first sample: it may have to
+    /// Opens the ring and makes it ready, in the RAM of `place`. Call it before the first sample: it may have to
     /// erase.
     #[inline(never)]
     pub fn start<'a>(
@@ -60,7 +60,7 @@ impl<F: NorFlash> Memory<F> {
         Some(memory)
     }
 
-    /// Erases what has to be, one sector between two calls of `feed`.
+    /// Erases the sectors that have to be, at most one page between two calls of `feed`.
     fn prepare(&mut self, why: NotDrilling, mut feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
         for _ in 0..MOST_PREPARATIONS {
             feed();
@@ -83,7 +83,7 @@ impl<F: NorFlash> Memory<F> {
         }
     }
 
-    /// Has the filter go on from what it had learnt when that model was stored, where that was stored, too.
+    /// Has the estimator go on from the learnt state that was stored with model `number`, if there is one.
     #[inline(never)]
     fn go_on(&mut self, probe: &mut Probe, number: u32) {
         let Ok(Some(head)) = self.store.learnt_with(number) else { return };
@@ -97,20 +97,21 @@ impl<F: NorFlash> Memory<F> {
         }
     }
 
-    /// A stored model flies from here on.
+    /// Notes that a stored model flies from now on.
     fn flown(&mut self, probe: &Probe, model: &StoredModel, number: u32, previous: Option<StoredModel>) {
         self.gate = StabilityGate::new(&probe.config().gyro, Some(model));
         self.history = ModelHistory::new(model, previous);
         (self.restored, self.goes_on_after_s, self.reason) = (Some(number), None, None);
     }
 
-    /// The factory's model of a new configuration does.
+    /// Notes that the factory's model of a new configuration flies from now on.
     pub(super) fn configured(&mut self, config: &Config) {
         (self.gate, self.history) = afresh(config);
         (self.restored, self.goes_on_after_s, self.reason) = (None, None, None);
     }
 
-    /// Stores what the latest window gave, if that ended then, and flies it; whether it did not fly before.
+    /// Stores the latest window's model, if that window ended at `window_end_us`, and flies it. Returns true if it
+    /// did not fly before.
     #[inline(never)]
     pub(super) fn accept(&mut self, probe: &mut Probe, window_end_us: u64) -> Result<bool, CommandRefusal> {
         let effects = probe.effects();
@@ -126,8 +127,8 @@ impl<F: NorFlash> Memory<F> {
         Ok(is_new)
     }
 
-    /// Flies the model before the one that flies, which is stored anew before all others are retired: whenever the
-    /// power goes, one flies.
+    /// Goes back to the model before the flown one. It is stored anew before all others are retired: whenever the
+    /// power goes, there is one to restore.
     #[inline(never)]
     pub(super) fn roll_back(&mut self, probe: &mut Probe) -> Result<(), CommandRefusal> {
         let model = match (self.history.previous(), self.restored) {
@@ -174,24 +175,25 @@ impl<F: NorFlash> Memory<F> {
         (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
-    /// The tool's dose when the power went, or the last half hour before; `None` if nothing was stored.
+    /// Returns the tool's vibration dose when the power went, or up to half an hour before; `None` if none was
+    /// stored.
     pub(super) fn dose(&mut self) -> Option<VibrationDose> {
         self.store.read_dose()
     }
 
-    /// Begins to store what the tool has taken. Where models need the room, or one is being written, the next half
-    /// hour tells the same and more.
+    /// Begins to store the vibration dose. It is not stored where models need the room, or while one is being
+    /// written: the dose of the next half hour includes it.
     pub(super) fn keep_dose(&mut self, dose: &VibrationDose) {
         let _ = self.store.begin_dose(dose);
     }
 
-    /// The number of the model that flew from the start.
+    /// Returns the number of the model restored at the start.
     #[must_use]
     pub const fn restored(&self) -> Option<u32> {
         self.restored
     }
 
-    /// Seconds of motion after which the filter goes on; `None`: it began anew.
+    /// Seconds of motion that the estimator had learnt from and goes on from; `None`: it began anew.
     pub(super) const fn goes_on_after_s(&self) -> Option<f32> {
         self.goes_on_after_s
     }
@@ -200,7 +202,7 @@ impl<F: NorFlash> Memory<F> {
         self.gate.sample(sample);
     }
 
-    /// Begins to store what the filter has learnt and the model that flies, where this window makes it worth it.
+    /// Begins to store the estimator's learnt state and the flown model, if this window makes that worthwhile.
     #[inline(never)]
     pub(super) fn window(&mut self, probe: &Probe, report: &WindowReport) {
         let worth_storing = probe.model_worth_storing(report, &mut self.gate);
@@ -212,15 +214,15 @@ impl<F: NorFlash> Memory<F> {
         }
     }
 
-    /// Begins to store the model of the latest window, with or without what the filter has learnt.
+    /// Begins to store the model of the latest window, with or without a learnt state beside it.
     fn begin_model(&mut self) {
         let Some(reason) = self.reason.take() else { return };
         // The store counts models that are refused or cannot begin.
         let _ = self.store.begin_model(&StoredModel { reason, ..*self.history.latest() });
     }
 
-    /// Programs the next piece. What fails is counted, and the next window offers the model again. Whether the filter
-    /// has to stay as it is until the next.
+    /// Programs the next piece. A failure is counted, and the next window offers its model again. Returns true if the
+    /// estimator has to stay as it is until the next piece.
     #[inline(never)]
     pub(super) fn step(&mut self, probe: &Probe) -> bool {
         if !self.store.is_writing() {
@@ -237,7 +239,7 @@ impl<F: NorFlash> Memory<F> {
             Ok(Progress::DoseStored) => info!("the dose is stored"),
             Ok(Progress::Stored { number }) => {
                 info!("model {=u32} is stored", number);
-                // It was written within a second, and there is no window in that.
+                // Writing took less than a second, in which no window ends: the latest model is the stored one.
                 self.gate.stored(self.history.latest());
             }
             Ok(_) => {}
@@ -246,15 +248,14 @@ impl<F: NorFlash> Memory<F> {
         false
     }
 
-    /// No model that is stored is restored any more, and the factory's is about to fly.
+    /// Retires all stored models; the factory's is about to fly.
     pub(super) fn retire(&mut self, config: &Config) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.configured(config);
         Ok(())
     }
 
-    /// No model that is stored is restored any more, and what they took is erased; the next stable one is stored as
-    /// the first.
+    /// Retires all stored models and erases their sectors; the next stable model is stored as the first.
     pub(super) fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.gate = StabilityGate::new(&config.gyro, None);

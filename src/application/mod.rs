@@ -36,15 +36,15 @@ use crate::{
 use log::info;
 use stage::Progress;
 
-/// Units of work in one piece, 50,000 cycles; a piece that is not cut up overshoots it, and the next ones are the
+/// Units of work in one piece: 50,000 cycles. Work that cannot be divided overshoots this; the next pieces are then
 /// shorter.
 const SLICE_UNITS: u32 = 100;
 
-/// Work that is put off for later when the loop is short of time, in samples' shares: a second at 200 Hz.
+/// Most work that is put off while the loop is short of time, in samples' budgets: a second at 200 Hz.
 const OWED_SAMPLES: u32 = 200;
 
-/// Reports of the dose from one that is stored to the next: half an hour. At 128 bytes each that fills a sector of 16
-/// KiB in 64 hours.
+/// Reports of the vibration dose from one that is stored to the next: half an hour. At 128 bytes each the stored ones
+/// fill a sector of 16 KiB in 64 hours.
 const STORED_DOSES: u8 = 6;
 
 /// Microseconds from one report of health to the next.
@@ -73,13 +73,13 @@ pub struct Statics<'a, F> {
     pub probe: &'a mut Probe,
     /// Attitudes to surveys.
     pub surveyor: &'a mut Surveyor,
-    /// The worst second.
+    /// Recorder of the second with the worst vibration.
     pub burst: &'a mut Burst,
-    /// The way out.
+    /// Line that sends messages to the host.
     pub line: &'a mut Line,
-    /// The way in.
+    /// Receiver of the host's commands.
     pub commands: &'a mut Commands,
-    /// `None`: there is none that can be used, and the probe flies without.
+    /// Stored models; `None` if no flash can be used: the probe flies without.
     pub memory: Option<&'a mut Memory<F>>,
 }
 
@@ -96,7 +96,7 @@ pub struct Counts {
     pub diagnoses: u32,
     /// Times that every stage had made progress.
     pub watchdog_fed: u32,
-    /// From acquisition to attitude.
+    /// Delays from acquisition to attitude.
     pub delays: Delays,
 }
 
@@ -104,16 +104,16 @@ pub struct Counts {
 pub struct Application<'a, B: Board> {
     board: B,
     statics: Statics<'a, B::Flash>,
-    /// True once a stored model had its chance to fly.
+    /// True once the first sample has come, for which a stored model may have been restored.
     begun: bool,
     next_sequence: u32,
     /// Number of the first sample since the pipeline started afresh.
     first_sequence: u32,
     owed_units: u32,
-    /// True while the filter's state is being written; its work is put off until that is done, for a tenth of a
-    /// second.
+    /// True while the estimator's state is being written to flash, a tenth of a second; identification waits until
+    /// then.
     filter_stays: bool,
-    /// Reports of the dose since it was stored.
+    /// Reports of the vibration dose since it was stored.
     doses: u8,
     progress: Progress,
     served: u32,
@@ -153,7 +153,7 @@ impl<'a, B: Board> Application<'a, B> {
             filter_stays: false,
             doses: 0,
             progress: Progress::default(),
-            // The first words are the boot's, unless the sensors are dead.
+            // The first report is the boot's, at the first sample; without a sample it is this one.
             health_us: SILENT_US,
             round_us: 0,
             counts: Counts::default(),
@@ -167,13 +167,13 @@ impl<'a, B: Board> Application<'a, B> {
             self.clock_went_back(now_us);
         }
         self.enter(Stage::Samples);
-        // One queue of them at most: where they come faster than they are flown the others are lost and
-        // counted, and the rest goes on.
+        // At most one queue of samples: if they come faster than they are flown, the excess is lost and counted, and
+        // the other stages go on.
         for _ in 0..QUEUE {
             let Some(acquired) = self.board.sample() else { break };
             self.fly(&acquired);
         }
-        // With or without a sample: sensors that are dead are no reason to start anew.
+        // With or without a sample: dead sensors must not make the watchdog reset the chip.
         self.progress.made(Stage::Samples);
         self.enter(Stage::Work);
         let more = self.work();
@@ -187,8 +187,8 @@ impl<'a, B: Board> Application<'a, B> {
         }
     }
 
-    /// A wait for a time that has been would be long, and evidence of rest would look fresh when that time
-    /// comes again. The pipeline looks after itself.
+    /// Restarts what waits for a time: after the clock went back the wait would be long, and old evidence of rest
+    /// would look fresh when its time comes again. The pipeline handles such a step itself.
     #[inline(never)]
     fn clock_went_back(&mut self, now_us: u64) {
         let Statics { surveyor, line, commands, .. } = &mut self.statics;
@@ -202,7 +202,7 @@ impl<'a, B: Board> Application<'a, B> {
         self.board.enter(stage);
     }
 
-    /// One sample to its attitude.
+    /// Turns one sample into its attitude.
     #[inline(never)]
     fn fly(&mut self, acquired: &Acquired) {
         if acquired.sequence != self.next_sequence {
@@ -228,7 +228,7 @@ impl<'a, B: Board> Application<'a, B> {
             let input = probe.survey_input(sample, output);
             burst.push(&input);
             let mut news = surveyor.push(&input);
-            // At rest attitudes and the survey tell it, and the survey is to wait for nothing.
+            // At rest attitudes and the survey report the toolface, and the survey must not wait for another message.
             if surveyor.stands_still(sample.t_us) {
                 news.remove(SurveyNews::TOOLFACE);
             }
@@ -256,7 +256,7 @@ impl<'a, B: Board> Application<'a, B> {
         }
     }
 
-    /// Before the first sample: it says how warm it is, and so which stored model may fly.
+    /// Restores a stored model before the first sample is flown: the sample's temperature selects the model.
     #[inline(never)]
     fn begin(&mut self, first: &Acquired) {
         self.begun = true;
@@ -268,7 +268,7 @@ impl<'a, B: Board> Application<'a, B> {
         self.statics.line.want_boot();
     }
 
-    /// One bounded piece of identification or diagnosis; whether more is owed.
+    /// Does one bounded piece of identification or diagnosis. Returns true if more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
         if self.filter_stays {
@@ -296,7 +296,7 @@ impl<'a, B: Board> Application<'a, B> {
         self.filter_stays || self.owed_units > 0
     }
 
-    /// One frame out, and what has come in.
+    /// Sends one frame at most, and reads the bytes received.
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();

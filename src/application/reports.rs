@@ -4,13 +4,13 @@ use super::{Application, Board, Statics, log::info};
 use crate::telemetry::{Boot, Health};
 
 impl<B: Board> Application<'_, B> {
-    /// After the pipeline has started afresh.
+    /// Notes that the pipeline has started afresh: a boot is to be reported.
     pub(super) fn restarted(&mut self) {
         self.first_sequence = self.next_sequence;
         self.statics.line.want_boot();
     }
 
-    /// Makes the boot, for the start and for a recording.
+    /// Sends the boot, at a start and for a recording.
     #[inline(never)]
     pub(super) fn report_boot(&mut self, now_us: u64) {
         let Statics { probe, line, memory, .. } = &mut self.statics;

@@ -10,7 +10,7 @@ use crate::{
 };
 use heapless::Vec;
 
-/// An inertial part and a magnetometer, and where their samples go.
+/// Inertial part and magnetometer, and the queue for their samples.
 pub struct Sensors<'a, I, M> {
     inertial: I,
     magnetic: M,
@@ -20,7 +20,7 @@ pub struct Sensors<'a, I, M> {
 }
 
 impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
-    /// Touches no bus.
+    /// Creates the pair. Touches no bus.
     pub fn new(inertial: I, magnetic: M, acquisition: Acquisition<'a>) -> Self {
         let combiner = Combiner::new(inertial.data().period_us);
         Self { inertial, magnetic, combiner, acquisition, rounds: 0 }
@@ -31,7 +31,7 @@ impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     pub fn read(&mut self, rounds: u64, now_us: u64) {
         let missed = rounds.saturating_sub(self.rounds).saturating_sub(1);
         self.rounds = rounds;
-        // No sample is lost by it: they wait in the part's FIFO.
+        // A missed round loses no sample: samples wait in the part's FIFO.
         self.acquisition.served(u32::try_from(missed).unwrap_or(u32::MAX));
 
         let mut readings = Vec::<MagneticReading, BURST_FRAMES>::new();

@@ -1,4 +1,4 @@
-//! Stages of the application, and which of them have come to their end since the watchdog was fed.
+//! Stages of the application, and those that have ended since the watchdog was fed.
 
 /// Stage that has to go on for the probe to be alive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ impl Progress {
         self.0 |= stage.bit();
     }
 
-    /// Returns true if every stage has gone on; then they have to go on anew.
+    /// Returns true if every stage has made progress since the last call that returned true.
     pub const fn take_if_whole(&mut self) -> bool {
         let whole = self.0 == ALL;
         if whole {

@@ -12,22 +12,22 @@ pub struct AttitudeConfig {
     /// Angle random walk of the gyro, rad/s per root hertz. Default 1.75e-4 (0.01 deg/s/rtHz, a common MEMS
     /// data-sheet value: MPU-9250 PS section 3.1).
     pub gyro_noise_rad_s_rthz: f32,
-    /// Scale factor and coupling error of the compensated gyro, dimensionless. A larger value gives the
-    /// vectors more weight while the probe turns. Default 0.015: sensitivity within 3 % and cross-axis within
-    /// 2 % (MPU-9250 PS section 3.1), each uniform, are 0.014 rms over the nine elements. The deviations of
-    /// an accepted P replace it where they are smaller. By hand half of its variance is a constant that the filter
-    /// estimates.
+    /// Scale factor and coupling error of the compensated gyro, dimensionless. A larger value gives the vectors more
+    /// weight while the probe turns. Default 0.015: sensitivity within 3 % and cross-axis within 2 % (MPU-9250 PS
+    /// section 3.1), each uniform, are 0.014 rms over the nine elements. The deviations of an accepted P replace it
+    /// where they are smaller. With `Motion::Hand` the filter estimates a constant scale error that has half of this
+    /// variance.
     pub gyro_scale_sigma: f32,
     /// Bias random walk, rad/s per root second. Default 2e-5: the bias then wanders by 0.02 deg/s in 5
     /// minutes, like one of 0.02 deg/s/K that warms by a kelvin (LSM6DSO: 0.010, ICM-42688-P: 0.005 typical).
     pub gyro_bias_walk_rad_s_rts: f32,
-    /// Deviation of the residual gyro bias at the start, rad/s, and its largest after a change of P. Default
-    /// 0.02 (1.2 deg/s): the zero-rate output of data sheets, 1 deg/s typical for an LSM6DSO, with its change
-    /// over temperature.
+    /// Deviation of the residual gyro bias at the start, and largest deviation after a change of P, rad/s. Default 0.02
+    /// (1.2 deg/s): the zero-rate output of data sheets, 1 deg/s typical for an LSM6DSO, with its change over
+    /// temperature.
     pub gyro_bias_sigma_rad_s: f32,
-    /// Deviation of the probe's horizontal speed, m/s: the only assumption about its accelerations, whose
-    /// integral it bounds. A smaller value finds gravity faster, but long accelerations tilt it more. Default
-    /// 0.5: a hand that swings by a quarter of a metre to both sides every two seconds has 0.55 rms, and pipe
+    /// Deviation of the probe's horizontal speed, m/s: the only assumption about its accelerations, whose integral it
+    /// bounds. With a smaller value the filter finds gravity faster, but long accelerations tilt the attitude more.
+    /// Default 0.5: a hand that swings by a quarter of a metre to both sides every two seconds has 0.55 rms, and pipe
     /// is tripped at some 0.5.
     pub velocity_sigma_m_s: f32,
     /// Constant error of the calibrated accelerometer, m/s^2. It cannot be observed and adds to the reported
@@ -44,20 +44,20 @@ pub struct AttitudeConfig {
     /// Relative difference of the total field from the reference above which the field is disturbed and not
     /// used. Default 0.1 (VQF's: Laidig and Seel, Information Fusion 91, 2023).
     pub mag_norm_tolerance: f32,
-    /// Difference of the dip from the reference above which the field is disturbed and not used, radians.
-    /// Default 0.1: as large across the field as the total's tolerance is along it. A field that stays
-    /// through 20 s of turning becomes the reference, in place of a configured one too: surveys check whether
-    /// the dip is the configured one.
+    /// Difference of the dip from the reference above which the field is disturbed and not used, radians. Default 0.1:
+    /// allows the same change across the field as `mag_norm_tolerance` along it. A field that stays through 20 s of
+    /// turning becomes the reference, even in place of a configured one; surveys compare the dip with the configured
+    /// one.
     pub mag_dip_tolerance_rad: f32,
     /// Inclination below which azimuth and gravity toolface are singular and the magnetic toolface is
     /// reported, radians. Default 5 deg.
     pub near_vertical_rad: f32,
-    /// Hysteresis of that limit, radians. Default 0.5 deg.
+    /// Hysteresis of `near_vertical_rad`, radians. Default 0.5 deg.
     pub near_vertical_hysteresis_rad: f32,
 }
 
 impl AttitudeConfig {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static filter before it is configured.
     pub(crate) const UNSET: Self = Self {
         gyro_noise_rad_s_rthz: 0.0,
         gyro_scale_sigma: 0.0,

@@ -1,4 +1,4 @@
-//! Settings of the drilling dynamics.
+//! Settings of the drilling dynamics (vibration, shocks, rotation).
 
 use super::{ConfigError, all_positive};
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -12,11 +12,11 @@ pub struct DynamicsConfig {
     /// Length of a window, seconds. Default 30: three periods of the slowest stick-slip, 0.1 Hz (of 0.1 to 2
     /// Hz).
     pub window_s: f32,
-    /// Averaging time of the rate before its least and largest are taken, seconds. Default 0.1: a fifth of
+    /// Averaging time of the axial rate before its least and largest values are taken, seconds. Default 0.1: a fifth of
     /// the fastest stick-slip's period, longer than the periods of lateral vibration.
     pub rate_averaging_s: f32,
-    /// Vibration that counts as a shock, m/s^2. Default 10 g: a choice, visible to a 16 g accelerometer with
-    /// gravity on top.
+    /// Vibration that counts as a shock, m/s^2. Default 10 g: a choice, within the range of a 16 g accelerometer with
+    /// gravity added.
     pub shock_m_s2: f32,
     /// Time for which vibration must stay below half of `shock_m_s2` to end a shock, seconds. Default 0.02: a
     /// choice, so that the ringing of one blow, above 50 Hz, is not counted again.
@@ -24,7 +24,7 @@ pub struct DynamicsConfig {
 }
 
 impl DynamicsConfig {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(super) const UNSET: Self = Self { window_s: 0.0, rate_averaging_s: 0.0, shock_m_s2: 0.0, shock_pause_s: 0.0 };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {

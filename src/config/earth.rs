@@ -22,7 +22,7 @@ pub struct Earth {
 }
 
 impl Earth {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(crate) const UNSET: Self =
         Self { gravity_m_s2: 0.0, magnetic_field_ut: None, dip_rad: None, declination_rad: None, latitude_rad: None };
 }

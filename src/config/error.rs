@@ -19,8 +19,8 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Names the first field that is not finite and positive. Names are apart from values, so that they are a
-/// constant.
+/// Names the first field whose value is not finite and positive. The names are an argument of their own, so that they
+/// are stored as a constant.
 pub(super) fn all_positive<const N: usize>(values: [f32; N], names: &[&'static str; N]) -> Result<(), ConfigError> {
     each_positive(&values, names)
 }

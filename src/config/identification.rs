@@ -2,8 +2,8 @@
 
 use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive};
 
-/// Settings of the estimator of the gyro's errors, of the instants at which it takes effect, and of the
-/// search of a window.
+/// Settings of the estimator of the gyro's errors, of the instants at which its results take effect, and of the search
+/// of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -22,32 +22,33 @@ pub struct IdentificationConfig {
     pub step_s: f32,
     /// Time from the request of an update, or of a window, to its effect, seconds. Default 1.
     pub latency_s: f32,
-    /// Prior standard deviation of P's diagonal about the factory's. Default 0.06.
+    /// Prior standard deviation of the diagonal of P, the gyro's scale and coupling matrix, about the factory's P.
+    /// Default 0.06.
     pub prior_sigma_diagonal: f32,
-    /// Prior standard deviation of P's off-diagonal. Default 0.03.
+    /// Prior standard deviation of P's off-diagonal elements. Default 0.03.
     pub prior_sigma_off_diagonal: f32,
     /// Prior standard deviation of the bias, rad/s. Default 0.021 (1.2 deg/s).
     pub prior_sigma_bias_rad_s: f32,
-    /// Time in which the watch for magnets forgets what it has learnt of the gyro, seconds: each error's
-    /// variance grows by its prior's in this time. Default 3,600.
+    /// Time in which the watch for magnets forgets the gyro errors that it has learnt, seconds: in this time the
+    /// variance of each error grows by its prior variance. Default 3,600.
     pub forgetting_s: f32,
     /// Largest gyro deviation on any axis in a second of rest, rad/s. Default 0.5 deg/s.
     pub rest_gyro_deviation_rad_s: f32,
-    /// Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17
-    /// (10 deg/s: the zero-rate level of an LSM6DS33, data sheet table 3, the widest of the parts in use).
+    /// Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17 (10 deg/s:
+    /// the zero-rate level of an LSM6DS33, data sheet table 3, the widest of the gyros in use).
     pub max_bias_rad_s: f32,
-    /// Search method.
+    /// Search method of a window.
     pub optimizer: OptimizerKind,
-    /// Largest number of cost evaluations of a search. Default 75, half as many again as IMOA needs from the
-    /// least-squares point of a window.
+    /// Largest number of cost evaluations of a search. Default 75: one and a half times as many as IMOA needs from the
+    /// least-squares solution of a window.
     pub max_evaluations: u32,
-    /// True if gravity and field come from a reference attitude and not from sensors (bench mode). Default
-    /// false. Then no error of a vector sensor can be mistaken for P, and effects are found beside a free P.
+    /// True if gravity and field come from a reference attitude and not from sensors (bench mode). Default false. If
+    /// true, no error of a vector sensor can be mistaken for P, and effects are found while P is free.
     pub vectors_from_reference: bool,
 }
 
 impl IdentificationConfig {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(crate) const UNSET: Self = Self {
         motion: Motion::Hand,
         vector_errors: VectorErrors::UNSET,

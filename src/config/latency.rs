@@ -1,4 +1,4 @@
-//! Delays of the sensors' readings, from the parts' data.
+//! Delays of the sensors' readings, from data sheets.
 
 use super::ConfigError;
 
@@ -14,22 +14,21 @@ const LONGEST_S: f32 = 0.1;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Latency {
-    /// Gyro, seconds. Outputs are valid this long before their sample. A gyro that reads the mean over the
-    /// interval that its sample ends has half a sample period. With `None` that half period is assumed,
-    /// because a low-pass that fits the sample rate takes no less (MPU-9250 register map, DLPF: 5.9 ms with
-    /// 41 Hz, 3.9 ms with 92 Hz, so 0.6 to 0.8 of the period at 100 and 200 Hz; BMI160 and LSM6DSO, a
-    /// second-order low-pass at 0.4 and 0.3 of the rate: 0.55 to 0.7). Attitude is then that of the sample's
-    /// time, uncertain by half a period either way. A reading without delay, which only a simulation has, is
-    /// declared by 0.
+    /// Gyro, seconds. Outputs are valid this long before their sample. A gyro that reads the mean over the interval
+    /// that its sample ends has half a sample period. With `None` that half period is assumed, because a low-pass
+    /// suited to the sample rate delays by at least as much (MPU-9250 register map, DLPF: 5.9 ms with 41 Hz, 3.9 ms
+    /// with 92 Hz, so 0.6 to 0.8 of the period at 100 and 200 Hz; BMI160 and LSM6DSO, a second-order low-pass at 0.4
+    /// and 0.3 of the rate: 0.55 to 0.7). Attitude is then that of the sample's time, uncertain by half a period either
+    /// way. A reading without delay, which only a simulation has, is declared by 0.
     pub gyro_s: Option<f32>,
     /// Accelerometer, seconds.
     pub accel_s: Option<f32>,
-    /// Magnetometer, seconds, including the mean wait for its sample; known to a millisecond.
+    /// Magnetometer, seconds, including the mean wait for its sample; taken as known to a millisecond.
     pub mag_s: Option<f32>,
 }
 
 impl Latency {
-    /// All unknown, for a static before its configuration.
+    /// All delays unknown: settings of a static before it is configured.
     pub(super) const UNSET: Self = Self { gyro_s: None, accel_s: None, mag_s: None };
 
     /// Delays of accelerometer and magnetometer behind the gyro, seconds; negative: ahead of it.

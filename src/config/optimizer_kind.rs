@@ -18,11 +18,11 @@ pub enum OptimizerKind {
     Pso,
     /// Differential evolution, DE/rand/1/bin.
     De,
-    /// Random search; the floor of every comparison.
+    /// Random search, which every method has to beat; a baseline.
     Random,
     /// Levenberg-Marquardt.
     Lm,
-    /// The estimator's mean itself, without a search.
+    /// Least squares: the estimator's mean itself, without a search.
     Ls,
 }
 

@@ -11,11 +11,11 @@ use core::f32::consts::TAU;
 pub struct SurveyConfig {
     /// Time at rest before averaging begins, seconds, in which the drill string untwists. Default 5.
     pub settle_s: f32,
-    /// Length of the average, seconds. Default 10: of an accelerometer's 0.15 mg per root hertz 0.03 mg
-    /// remain, under a tenth of its bias (ABXY, 0.4 mg).
+    /// Averaging time of force and field, seconds. Default 10: it leaves 0.03 mg of an accelerometer's noise of 0.15 mg
+    /// per root hertz, under a tenth of its bias (ABXY, 0.4 mg).
     pub average_s: f32,
-    /// Turn of gravity or field since the average began that restarts a survey, radians. Default 0.5 deg: the
-    /// average of a steady turn is then within a quarter of a degree of both its ends.
+    /// Turn of gravity or field since the average began that restarts a survey, radians. Default 0.5 deg: the average
+    /// direction in a steady turn is then within a quarter of a degree of the first and the last.
     pub max_turn_rad: f32,
     /// Axial rate at which the tool counts as rotating, rad/s; it stops counting below half of it. Default 5
     /// rpm: a choice, well below the speeds of rotary drilling.
@@ -24,8 +24,8 @@ pub struct SurveyConfig {
     pub rotating_turns: u16,
     /// Inclination below which the magnetic toolface applies, radians. Default 5 deg.
     pub near_vertical_rad: f32,
-    /// Hysteresis of that limit: the gravity toolface applies again above their sum, radians. Default 0.5
-    /// deg.
+    /// Hysteresis of `near_vertical_rad`, radians: the gravity toolface applies again above the sum of both. Default
+    /// 0.5 deg.
     pub near_vertical_hysteresis_rad: f32,
     /// Angle from the probe's highside (x axis) to the motor's scribe line, by which one steers, radians
     /// clockwise looking down-hole. It is added to both toolfaces. Default 0.
@@ -33,16 +33,16 @@ pub struct SurveyConfig {
     /// Grid convergence, radians, grid north east of true north: grid azimuth is true azimuth less this.
     /// Default `None`: no grid azimuth.
     pub grid_convergence_rad: Option<f32>,
-    /// Errors left in sensors and reference.
+    /// Errors left in the sensors and in the reference field.
     pub errors: SurveyErrors,
     /// Limits of a good survey.
     pub limits: SurveyLimits,
-    /// Vibration, shocks and stick-slip.
+    /// Settings of vibration, shocks and stick-slip.
     pub dynamics: DynamicsConfig,
 }
 
 impl SurveyConfig {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(super) const UNSET: Self = Self {
         settle_s: 0.0,
         average_s: 0.0,

@@ -26,22 +26,22 @@ pub struct SurveyErrors {
     /// Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of revision 4:
     /// 220 nT).
     pub axial_interference_ut: f32,
-    /// Declination of the reference, radians: the part that is the same everywhere. Default 0.36 deg (DEC).
+    /// Error of the reference declination, radians: the part that does not depend on the field. Default 0.36 deg (DEC).
     pub declination_rad: f32,
-    /// Declination of the reference, radian microtesla, to be divided by the horizontal field. Default 5,000
-    /// deg nT (DBH).
+    /// Error of the reference declination, radian microtesla: the part to be divided by the horizontal field. Default
+    /// 5,000 deg nT (DBH).
     pub declination_rad_ut: f32,
-    /// Total field of the reference, microtesla. Default 0.13 (MFI: 130 nT).
+    /// Error of the reference total field, microtesla. Default 0.13 (MFI: 130 nT).
     pub total_field_ut: f32,
-    /// Dip of the reference, radians. Default 0.20 deg (MDI).
+    /// Error of the reference dip, radians. Default 0.20 deg (MDI).
     pub dip_rad: f32,
-    /// Time left between the accelerometer's and the magnetometer's reading, seconds; it turns the azimuth
-    /// measured while rotating. Default 0.001: a tenth of an unknown 100 Hz magnetometer's hold.
+    /// Uncorrected delay between the accelerometer's and the magnetometer's reading, seconds; it turns the azimuth
+    /// measured while rotating. Default 0.001: a tenth of a 100 Hz magnetometer's hold, 10 ms.
     pub mag_timing_s: f32,
 }
 
 impl SurveyErrors {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(super) const UNSET: Self = Self {
         accel_bias_m_s2: 0.0,
         accel_scale: 0.0,

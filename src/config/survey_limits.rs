@@ -9,8 +9,8 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct SurveyLimits {
-    /// True if the limits follow from the error model: `deviations` standard deviations of measured less
-    /// reference at that attitude. `false`, the default: the three limits below.
+    /// True if the limits follow from the error model: `deviations` standard deviations of measured less reference at
+    /// that attitude. `false`, the default: the fixed `field_ut`, `dip_rad` and `gravity_m_s2`.
     pub propagated: bool,
     /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore positioning, 22.1
     /// Checking raw data).
@@ -22,13 +22,13 @@ pub struct SurveyLimits {
     pub gravity_m_s2: f32,
     /// Standard deviations within which a survey is good if limits are propagated. Default 2 (95 %).
     pub deviations: f32,
-    /// Ratio to a limit beyond which a survey is bad; between one and this it is doubtful. Default 1.5: with
-    /// a limit of two deviations, bad begins at three.
+    /// Ratio of a difference to its limit beyond which a survey is bad; between 1 and this ratio it is doubtful.
+    /// Default 1.5: with a limit of two deviations, bad begins at three.
     pub bad_over_limit: f32,
 }
 
 impl SurveyLimits {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(super) const UNSET: Self = Self {
         propagated: false,
         field_ut: 0.0,

@@ -2,9 +2,9 @@
 
 use super::ConfigError;
 
-/// Errors left by the calibrations of accelerometer and magnetometer, one standard deviation each: the prior
-/// of the errors that the estimator identifies beside the gyro's. The defaults are data-sheet values of
-/// uncalibrated sensors; `cargo mwd calibrate` writes its own.
+/// Errors left by the calibrations of accelerometer and magnetometer, one standard deviation each: the prior of the
+/// errors that the estimator identifies beside the gyro's. The defaults are data-sheet values of uncalibrated sensors;
+/// `cargo mwd calibrate` writes those of its calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -20,14 +20,14 @@ pub struct VectorErrors {
     pub mag_lag_s: f32,
     /// Elements of the accelerometer's matrix. Default 0.005: sensitivity of LSM6DSO and ICM-42688-P.
     pub accel_matrix: f32,
-    /// Bias of the accelerometer, m/s^2. Default 0.2: zero-g level 20 mg of the same parts.
+    /// Bias of the accelerometer, m/s^2. Default 0.2: zero-g level 20 mg of LSM6DSO and ICM-42688-P.
     pub accel_bias_m_s2: f32,
     /// Delay of the accelerometer behind the gyro, seconds. Default 0.005: the difference of two low-passes.
     pub accel_lag_s: f32,
 }
 
 impl VectorErrors {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(crate) const UNSET: Self = Self {
         mag_matrix: 0.0,
         hard_iron: 0.0,
@@ -38,8 +38,8 @@ impl VectorErrors {
     };
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        // Three to ten times what data sheets allow (3 % of a matrix element, 5 uT of a field of 50): a sensor that errs
-        // more is broken. A delay of 0.3 s is nearly a turn at 180 rpm.
+        // Upper bounds, three to ten times what data sheets allow (3 % for a matrix element, 5 uT of hard iron in a
+        // field of 50 uT): a sensor with larger errors is broken. A delay of 0.3 s is nearly a turn at 180 rpm.
         let bounded = [
             (self.mag_matrix, 0.3, "identification.vector_errors.mag_matrix"),
             (self.hard_iron, 0.3, "identification.vector_errors.hard_iron"),

@@ -1,5 +1,5 @@
 //! The smallest probe: attitude with the factory's calibration, and the watch for magnets, without identification. For
-//! a part with little memory; what it gives up stands in docs/new_board.md.
+//! a microcontroller with little memory; docs/new_board.md lists the functions that it lacks.
 
 use super::{
     Output,
@@ -14,17 +14,17 @@ use crate::{
     time_step::{is_another_clock, is_gap},
 };
 
-/// Probe without identification. It flies the gyro model that it is given: the factory's, or one that something else
-/// has learnt ([`AttitudeProbe::fly`]). As [`Probe`](crate::Probe), [`AttitudeProbe::new`] is all zero bytes.
+/// Probe without identification. It flies the gyro model that it is given: the factory's, or one identified elsewhere
+/// ([`AttitudeProbe::fly`]). Like a new [`Probe`](crate::Probe), [`AttitudeProbe::new`] is all zero bytes.
 ///
-/// A sample that is later than the one before is taken, however far; one that goes back by more than ten seconds begins
-/// afresh. `Probe` asks for a second sample before it believes either.
+/// A sample later than the one before is taken, however large the step; a sample more than ten seconds earlier restarts
+/// the probe. `Probe` accepts a step of more than ten seconds only when a second sample confirms it.
 pub struct AttitudeProbe {
     configured: bool,
     config: Config,
     /// Model that flies.
     model: GyroModel,
-    /// Time of the last sample; `None` before one.
+    /// Time of the last sample; `None` before the first.
     last_us: Option<u64>,
     readings: [Reading; 3],
     pipeline: Pipeline,
@@ -65,8 +65,8 @@ impl AttitudeProbe {
         self.configured = true;
     }
 
-    /// Flies a gyro model from the next sample on, known with these deviations of P (row-major) and b, rad/s. Returns
-    /// false for a model that is none, and before a configuration.
+    /// Flies a gyro model from the next sample on, known with the standard deviations `sigma` of P (row-major, 9) and b
+    /// (3, rad/s). Returns false, and changes nothing, for an invalid model and before a configuration.
     pub fn fly(&mut self, model: &GyroModel, sigma: &[f32; 12]) -> bool {
         let can = self.configured && model.is_valid();
         if can {
@@ -155,7 +155,7 @@ mod tests {
     use crate::{Probe, sample::SampleFlags};
     use std::boxed::Box;
 
-    /// A turn about a tilted axis, with the vectors that it shows and a dozen readings that are missing.
+    /// Samples of a steady turn about a tilted axis, with a dozen gyro readings missing.
     fn samples() -> impl Iterator<Item = Sample> {
         (1..4_000_u32).map(|k| {
             let angle = k as f32 * 0.004;
@@ -173,7 +173,7 @@ mod tests {
         })
     }
 
-    /// Before anything is learnt the pipeline flies the factory's model: the same attitude to the bit.
+    /// Until a model is identified both probes fly the factory's, and their attitudes are equal to the bit.
     #[test]
     fn attitude_is_the_pipelines_while_nothing_is_learnt() {
         let config = Config { effects: false, ..Config::default() };
@@ -182,7 +182,7 @@ mod tests {
         whole.configure(&config).unwrap_or_default();
         let mut compared = 0;
         for sample in samples() {
-            // Without work nothing is learnt.
+            // `Probe::poll` is not called, so that nothing is identified.
             let (a, b) = (small.push(&sample), whole.push(&sample));
             assert_eq!(a, b, "{}", sample.t_us);
             compared += u32::from(a.is_some_and(|output| output.attitude.is_some()));

@@ -10,19 +10,19 @@ use nalgebra::Vector3;
 /// Averaging time of the squared force, seconds.
 const SHAKING_S: f32 = 0.2;
 
-/// Effects that are taken out of the readings before the attitude filter, and the values of the sample before.
+/// Effects that are taken out of the readings before the attitude filter, and values of the previous sample.
 pub(super) struct Corrector {
     pub effects: ActiveEffects,
     /// Compensated rate of the previous sample, for the angular acceleration.
     last_rate_rad_s: Option<Vector3<f32>>,
     square_force_m2_s4: f32,
-    /// Specific force of the last sample, and its temperature over the effects' reference.
+    /// Specific force of the last sample, and below it the temperature above the effects' reference, kelvin.
     last_force_m_s2: Vector3<f32>,
     last_warming_k: f32,
 }
 
 impl Corrector {
-    /// All zero, for a static.
+    /// All-zero value for a static before it is configured.
     pub const ZERO: Self = Self {
         effects: ActiveEffects::none(),
         last_rate_rad_s: None,
@@ -31,13 +31,13 @@ impl Corrector {
         last_warming_k: 0.0,
     };
 
-    /// Creates a corrector without effects; the force is taken for gravity until one is read.
+    /// Creates a corrector without effects; the mean squared force starts at that of gravity.
     pub fn new(config: &Config) -> Self {
         let gravity = config.earth.gravity_m_s2;
         Self { square_force_m2_s4: gravity * gravity, ..Self::ZERO }
     }
 
-    /// Compensated rate of the previous sample; this one's at the first.
+    /// Compensated rate of the previous sample; `rate_rad_s` at the first sample.
     pub fn last_rate_or(&self, rate_rad_s: Vector3<f32>) -> Vector3<f32> {
         self.last_rate_rad_s.unwrap_or(rate_rad_s)
     }
@@ -50,7 +50,7 @@ impl Corrector {
         }
     }
 
-    /// Returns the sample's values corrected by the effects; `rate` is its compensated rate.
+    /// Returns the sample's readings corrected by the effects; `rate` is its compensated rate, rad/s.
     pub fn correct(
         &mut self,
         library: &[&dyn Effect],

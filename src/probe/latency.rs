@@ -1,4 +1,4 @@
-//! Delays: the vector sensors' configured ones behind the gyro, and the uncertainty of the magnetometer's.
+//! Delays of the vector sensors behind the gyro, as configured, and the uncertainty of the magnetometer's delay.
 
 use crate::{
     compensation::{ActiveEffects, Effect, effect::Sensor},
@@ -21,8 +21,8 @@ pub(super) fn at_gyro_time(
     Reading::Usable(later(&v, &turn))
 }
 
-/// Deviation of the magnetometer's known delay, seconds, beside the filter's own floor: that of a delay found
-/// among the effects, or 0 of a configured one. `None`: the delay is unknown.
+/// Standard deviation of the magnetometer's delay, seconds, without the attitude filter's own floor: the sigma of a
+/// delay found among the effects, or 0 for a configured delay. `None`: the delay is unknown.
 pub(super) fn mag_delay_sigma_s(effects: &ActiveEffects, library: &[&dyn Effect], configured: &Latency) -> Option<f32> {
     let found = effects.iter().find_map(|found| {
         let effect = library.get(usize::from(found.index))?;
@@ -33,8 +33,8 @@ pub(super) fn mag_delay_sigma_s(effects: &ActiveEffects, library: &[&dyn Effect]
     found.or(configured.mag_s.map(|_| 0.0))
 }
 
-/// Reading of an earth-fixed vector after the body has turned by a rotation vector, to second order: within
-/// 6e-4 of its length at 0.15 rad (10 ms at 860 deg/s).
+/// Reading of an earth-fixed vector after the body has turned by a rotation vector, to second order: the error is
+/// within 6e-4 of the vector's length at 0.15 rad (10 ms at 860 deg/s).
 #[inline(never)]
 fn later(v: &Vector3<f32>, turn_rad: &Vector3<f32>) -> Vector3<f32> {
     let halfway = v - turn_rad.cross(v) * 0.5;

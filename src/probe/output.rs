@@ -20,8 +20,8 @@ pub struct Output {
 pub struct Counters {
     /// Samples taken.
     pub samples: u64,
-    /// Samples refused because of their time: it did not increase, or was more than ten seconds ahead or behind
-    /// and no other had said so.
+    /// Samples refused because of their time: it did not increase, or it was more than ten seconds ahead or behind and
+    /// no sample before had confirmed the step.
     pub out_of_order: u32,
     /// Steps of time over three nominal periods, steps back, and more than three refused samples in a row.
     pub gaps: u32,
@@ -31,11 +31,11 @@ pub struct Counters {
     pub gyro_missing: u32,
     /// Updates whose result was not ready in time.
     pub overruns: u32,
-    /// Window reports dropped because none was polled.
+    /// Window reports dropped because `poll` was not called in time.
     pub reports_lost: u32,
-    /// Diagnoses dropped because none was taken.
+    /// Diagnoses dropped because `take_diagnosis` was not called in time.
     pub diagnoses_lost: u32,
-    /// Increments that the estimator dropped because it was not polled.
+    /// Increments (40 ms of motion) that the estimator dropped because `poll` was not called in time.
     pub increments_lost: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The way of a sample from its readings to the attitude, whoever knows the gyro's model.
+//! Path of a sample from its readings to the attitude, with a gyro model that the caller supplies.
 
 use super::{
     Output,
@@ -17,10 +17,10 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Checks, compensation, vectors at the gyro's time, magnets, effects and the attitude filter.
+/// Stages of a sample: checks, compensation, vectors turned to the gyro's time, magnets, effects, attitude filter.
 pub(super) struct Pipeline {
     pub last_raw_rad_s: [f32; 3],
-    /// Time since the last believable rate, seconds.
+    /// Time since the last usable rate, seconds.
     unread_s: f32,
     pub checks: ReadingChecks,
     pub corrector: Corrector,
@@ -45,14 +45,14 @@ pub(super) struct With<'a> {
 
 /// Result of one sample.
 pub(super) struct Stepped {
-    /// Raw rate less the earth's, calibrated force and field without magnets: uncorrected by effects.
+    /// Raw rate less the earth's, calibrated force, and calibrated field less magnets; effects are not taken out.
     pub readings: [Reading; 3],
     pub rate_rad_s: Vector3<f32>,
     pub flags: AttitudeFlags,
 }
 
 impl Pipeline {
-    /// All zero, for a static.
+    /// All-zero value for a static before it is configured.
     pub const fn zero() -> Self {
         Self {
             last_raw_rad_s: [0.0; 3],
@@ -65,8 +65,8 @@ impl Pipeline {
         }
     }
 
-    /// Starts anew; a gyro that reads nothing is taken to rest at its factory bias. The delay of the magnetometer is
-    /// the caller's to tell.
+    /// Starts anew. Until the gyro's first reading the raw rate is the factory bias, that of a probe at rest. The
+    /// caller sets the magnetometer's delay in the filter.
     pub fn start(&mut self, config: &Config) {
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;
@@ -78,7 +78,7 @@ impl Pipeline {
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
     }
 
-    /// Flies one sample whose clipped readings are marked.
+    /// Computes rate and attitude of one sample, in which clipped readings are already flagged.
     pub fn step(&mut self, sample: &Sample, with: &With<'_>) -> Stepped {
         let With { config, model, library, step_s, .. } = *with;
         let mut flags = AttitudeFlags::empty();
@@ -109,9 +109,9 @@ impl Pipeline {
         } else if let Some(gap_s) = with.gap_s {
             self.filter.gap(gap_s);
         } else {
-            // The rate changes linearly between readings of known time. A reading of unknown time counts as
-            // the mean over the interval that it ends (see `Latency::gyro_s`). A delay that was found is all
-            // of the delay.
+            // The rate changes linearly between readings of known time. A reading of unknown time counts as the mean
+            // over the interval that it ends (see `Latency::gyro_s`). A delay found among the effects includes that
+            // half period.
             let held = if with.gyro_delay_known { 0.5 } else { 0.0 };
             self.filter.propagate(step_s, &(rate + (before - compensated) * held));
         }
@@ -152,8 +152,8 @@ impl Pipeline {
             .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
     }
 
-    /// Returns the field less that of a magnet on the probe; the field is missing while the magnet is
-    /// undecided.
+    /// Returns the field less that of a magnet on the probe; the field is missing while a magnet is suspected, not
+    /// decided.
     fn without_magnets(&mut self, config: &Config, t_us: u64, readings: [Reading; 3]) -> Reading {
         let [.., mag] = readings;
         if !config.effects {

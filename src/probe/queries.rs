@@ -62,7 +62,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.window_cost()
     }
 
-    /// Does one piece of identification work; `false` where there is none.
+    /// Does one piece of identification work; returns `false` if none was left.
     #[cfg(feature = "explanation")]
     pub fn poll_one(&mut self) -> bool {
         let is_some = self.identifier.step(&self.config) > 0;
@@ -77,7 +77,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.estimator()
     }
 
-    /// Magnets that came while the probe ran, as body-fixed offsets, oldest first: the last eight of
+    /// Magnets that came while the probe ran, as body-fixed offsets of the field, oldest first: the last eight of
     /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
     pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
         self.pipeline.watch.intervals()

@@ -1,6 +1,6 @@
-//! Rail of a gyro: a largest reading that repeats bit by bit, whether a full scale is declared or not.
+//! Rail of a gyro (saturation): a largest reading that repeats to the bit, with or without a declared full scale.
 
-/// Bit-exact repeats of a gyro's largest reading that make it a rail, declared or not: a live gyro has noise.
+/// Bit-exact repeats after which a gyro's largest reading counts as its rail: an unsaturated gyro has noise.
 const RAIL_REPEATS: u32 = 10;
 
 /// Lowest rail of any gyro, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125

@@ -13,13 +13,13 @@ use nalgebra::Vector3;
 /// 1,998.0: MPU-9250 PS section 3.1).
 pub const CLIPPED_SHARE: f32 = 0.998;
 
-/// Fraction of a second after which a gyro or accelerometer that repeats itself on all axes is stale. A live
-/// one has noise, and readings of a dead one are believed until it is found out. A gyro that reads no
-/// rotation twice in a row gets the whole second, because the noise of a quiet one is below its resolution
-/// (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
+/// Fraction of a second after which a gyro or accelerometer that repeats itself on all axes is stale. A live sensor has
+/// noise; a dead sensor's readings are used until it is detected. A gyro whose last two different readings show no
+/// rotation gets the whole second, because its noise can be below its resolution (ICM-42688-P: 20 mdps in 50 Hz against
+/// 61 mdps).
 const STALE_INERTIAL_PART: u32 = 20;
 
-/// Fraction of a second after which a magnetometer is stale: some are read only 8 to 10 times a second.
+/// Fraction of a second after which a magnetometer is stale: some magnetometers are read only 8 to 10 times a second.
 const STALE_MAG_PART: u32 = 4;
 
 /// A value for each of the three vector sensors.
@@ -50,14 +50,14 @@ impl<T> BySensor<T> {
 /// Checks of readings against full scales, rails, repeats and dead axes.
 pub(super) struct ReadingChecks {
     samples_per_second: u32,
-    /// Rate below which a gyro that repeats itself may rest, rad/s.
+    /// Rate below which a gyro that repeats its reading may be at rest, rad/s.
     still_rad_s: f32,
     staleness: BySensor<Staleness>,
     gyro_rails: [Rail; 3],
 }
 
 impl ReadingChecks {
-    /// All zero, for a static.
+    /// All-zero value for a static before it is configured.
     pub const ZERO: Self = Self {
         samples_per_second: 0,
         still_rad_s: 0.0,
@@ -94,7 +94,7 @@ impl ReadingChecks {
         }
     }
 
-    /// Takes a sample's readings. Returns true if one of its sensors has repeated itself for a second.
+    /// Takes a sample's readings. Returns true if one of the sensors has repeated its reading for a second.
     pub fn update(&mut self, sample: &Sample) -> bool {
         let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s);
         let mut frozen = false;
@@ -108,7 +108,7 @@ impl ReadingChecks {
         frozen
     }
 
-    /// Returns true if a sensor has repeated its reading for its part of a second.
+    /// Returns true if a sensor has repeated its reading for the fraction of a second after which it is stale.
     fn is_stale(&self, sensor: Sensor) -> bool {
         let staleness = self.staleness.of(sensor);
         let part = match sensor {
@@ -130,8 +130,8 @@ impl ReadingChecks {
         }
     }
 
-    /// Returns the calibrated reading of a vector sensor. A clipped or stale one, or one with a dead axis, is
-    /// unusable; exact zeros are no reading.
+    /// Returns the calibrated reading of a vector sensor. A clipped or stale one, or one with a dead axis, is unusable;
+    /// three exact zeros count as missing.
     pub fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
         let raw = sample.vector(sensor);
         let is_dead = || self.staleness.of(sensor).has_dead_axis();

@@ -1,8 +1,8 @@
 //! Staleness: a sensor that repeats its readings, or an axis that is dead. `reading_checks.rs` sets the times.
 
-/// Repeats after which an axis is dead, while the other two axes change and the probe turns: a live axis
-/// turns too and has noise. At rest a good sensor's noise may be below its resolution, but an exact zero is
-/// what a dead axis reads.
+/// Readings after which an axis is dead: repeats of a value while another axis changes and the probe turns (a live axis
+/// would change too), or exact zeros, which a dead axis reads. Repeats at rest do not count, because a good sensor's
+/// noise may be below its resolution.
 const DEAD_READINGS: u16 = 50;
 
 /// Detector of a sensor that repeats its reading; missing readings do not count.
@@ -22,13 +22,13 @@ impl Staleness {
         Self { last: [0; 3], before: [0; 3], same: 0, repeated: [0; 3] }
     }
 
-    /// Takes a reading; `turning` says that the probe turns.
+    /// Takes a reading; `turning` is true if the probe turns.
     pub fn update(&mut self, reading: [f32; 3], turning: bool) {
         let reading = reading.map(f32::to_bits);
         let [[x, y, z], [last_x, last_y, last_z]] = [reading, self.last];
         let has_zero = x << 1 == 0 || y << 1 == 0 || z << 1 == 0;
         if !has_zero && x != last_x && y != last_y && z != last_z {
-            // As nearly always: all axes are alive.
+            // The usual case: every axis has changed and none is zero.
             *self = Self { last: reading, before: self.last, same: 0, repeated: [0; 3] };
             return;
         }
@@ -68,7 +68,7 @@ impl Staleness {
 mod tests {
     use super::*;
 
-    /// Returns true if an axis dies of readings in which it stays at `x` and the others change every `hold`
+    /// Returns true if an axis counts as dead after `readings` at `x`, while the other axes change every `hold`
     /// readings.
     fn is_dead(x: f32, readings: u16, hold: u16, turning: bool) -> bool {
         let mut staleness = Staleness::zero();

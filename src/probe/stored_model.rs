@@ -16,7 +16,7 @@ pub enum NotRestored {
     NotAtTheBeginning,
     /// The configuration switches off the effects that belong to the stored bias.
     EffectsSwitchedOff,
-    /// This configuration or library does not allow the model.
+    /// The model is outside the limits of this configuration, or needs another library of effects.
     Implausible(Implausible),
 }
 
@@ -36,7 +36,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.pipeline.corrector.effects = self.effects().of_attitude(self.library());
         self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
-            // P is known as well as when it was stored, plus its drift. A bias changes at every start: it is
+            // P is as certain as when it was stored, apart from its drift since. The bias changes at every start: it is
             // unknown.
             let mut sigma = model.sigma.map(|sigma| libm::sqrtf(sigma * sigma + P_DRIFT * P_DRIFT));
             sigma.iter_mut().skip(9).for_each(|sigma| *sigma = f32::MAX);
@@ -46,20 +46,20 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         Ok(())
     }
 
-    /// Returns what the filter has learnt of gyro, accelerometer and magnetometer, to store beside the model;
-    /// `None` for a moment while it is updated. It stays unchanged until the next [`Probe::poll`].
+    /// Returns what the estimator has learnt of gyro, accelerometer and magnetometer, to store beside the model; `None`
+    /// for a moment while the estimator is updated. The result stays unchanged until the next [`Probe::poll`].
     #[must_use]
     pub fn learnt(&self) -> Option<Learnt<'_>> {
         self.identifier.learnt(&self.config)
     }
 
-    /// Continues from what the filter had learnt of accelerometer and magnetometer when a model was stored,
-    /// widened by the drift of the time without power, and counts the motion of that time. Call it after
-    /// [`Probe::restore`] of that model. `read` hands out all [`NUMBERS`](crate::estimator::NUMBERS) numbers
-    /// and returns true if it could.
+    /// Continues from what the estimator had learnt of accelerometer and magnetometer when a model was stored, widened
+    /// by the drift of the time without power; the motion learnt from until then counts, too. Call it after
+    /// [`Probe::restore`] of that model. `read` hands out all [`NUMBERS`](crate::estimator::NUMBERS) numbers and
+    /// returns true if it could.
     ///
     /// # Errors
-    /// The filter starts without them; the flown model stays.
+    /// States why it cannot continue: the estimator starts from its prior, and the flown model stays.
     pub fn go_on(
         &mut self,
         head: &LearntHead,

@@ -8,7 +8,7 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Vectors of the last sample that its output does not carry. Small, because it stands in static RAM.
+/// Vectors of the last sample that [`Output`] does not carry; kept small, because they stand in static RAM.
 pub(super) struct Calibrated {
     /// Specific force corrected by the effects that were found, m/s^2.
     force_m_s2: [f32; 3],
@@ -54,7 +54,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 }
 
-/// Survey's input of a sample that was kept as `kept` and gave `output`.
+/// Survey's input of a sample with the calibrated vectors `kept` and the output `output`.
 pub(super) fn input_of(
     kept: &Calibrated,
     residual_bias_rad_s: &Vector3<f32>,

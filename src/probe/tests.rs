@@ -1,4 +1,4 @@
-//! A probe that is used again flies as a new one does.
+//! Tests that a probe configured again gives the same outputs as a new one.
 
 extern crate std;
 
@@ -23,7 +23,7 @@ fn tumbling(seconds: u64) -> Vec<Sample> {
     tumbling_with(seconds, 1.0).into_iter().map(|(sample, _)| sample).collect()
 }
 
-/// The same with another share of these errors, and the true attitudes, body to NED.
+/// Samples of [`tumbling`] with its errors scaled by `errors`, each with the true attitude, body to NED.
 fn tumbling_with(seconds: u64, errors: f64) -> Vec<(Sample, UnitQuaternion<f64>)> {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(11);
     let mut noise = move || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
@@ -57,7 +57,7 @@ fn tumbling_with(seconds: u64, errors: f64) -> Vec<(Sample, UnitQuaternion<f64>)
     (0..seconds * 100).map(&mut sample_at).collect()
 }
 
-/// Samples in which every number is drawn from bits, flags too; time goes forward by up to five periods.
+/// Samples of random bit patterns, flags included; time goes forward by up to five sample periods.
 fn random_samples(from_us: u64) -> impl Iterator<Item = Sample> {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(12);
     let mut t_us = from_us;
@@ -70,7 +70,7 @@ fn random_samples(from_us: u64) -> impl Iterator<Item = Sample> {
     })
 }
 
-/// All that a probe says of a sample, to the last bit.
+/// All outputs of a probe for a sample, as text that is exact to the last bit.
 fn said(probe: &mut Probe, sample: &Sample) -> String {
     let mut said = String::new();
     let output = probe.push(sample);
@@ -142,7 +142,7 @@ fn other_settings_in_between_leave_nothing_behind() {
     assert_flies_as_a_new_one(&mut used, &config, &samples);
 }
 
-/// An effect's place in the library is what flies by: another library must not change its meaning in flight.
+/// Flying effects are stored as places in the library: another library must not turn them into others in flight.
 #[cfg(feature = "storage")]
 #[test]
 fn another_library_takes_effect_with_the_next_configuration() {
@@ -205,7 +205,7 @@ fn lost_samples_turn_the_attitude_by_less_than_it_says() {
             most = if angle > most { angle } else { most };
             most_told = if told > most_told { told } else { most_told };
         }
-        // In each the probe turns by up to 15 deg.
+        // In each loss of samples the probe turns by up to 15 deg.
         assert!(most < 0.05 && most_told < 1.5 * whole_told, "{lost_us}: {most} {most_told} {whole_told}");
         whole_told = if lost_us == 0 { most_told } else { whole_told };
     }

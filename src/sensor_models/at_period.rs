@@ -1,4 +1,4 @@
-//! An adapter whose part keeps another time.
+//! Adapter with another frame period than its part's data sheet has.
 
 use crate::sensors::{Burst, PartData, StartError, StartStep, blocking::Part};
 

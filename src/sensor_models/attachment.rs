@@ -1,10 +1,11 @@
-//! A model behind `embedded_hal`'s SPI or I2C. The model is shared: who plays it keeps it, and the driver owns the bus.
+//! SPI and I2C buses of `embedded_hal` with a model on them. The model is shared: the program that plays it keeps it,
+//! and the driver owns the bus.
 
 use super::serial_part::{Cursor, SerialPart};
 use core::cell::{Cell, RefCell};
 use embedded_hal::{i2c, spi};
 
-/// Error of a bus that a part cannot give.
+/// Error of a modelled bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PartError {
@@ -29,14 +30,14 @@ impl i2c::Error for PartError {
     }
 }
 
-/// The SPI device of a model.
+/// SPI device that is a model.
 pub struct OnSpi<'a, P> {
     part: &'a RefCell<P>,
     now_us: &'a Cell<u64>,
 }
 
 impl<'a, P> OnSpi<'a, P> {
-    /// Selects `part`; `now_us` is the time of the program that plays.
+    /// Creates the SPI device of `part`; `now_us` is the time of the program that plays the model.
     #[must_use]
     pub const fn new(part: &'a RefCell<P>, now_us: &'a Cell<u64>) -> Self {
         Self { part, now_us }
@@ -78,7 +79,7 @@ impl<P: SerialPart> spi::SpiDevice for OnSpi<'_, P> {
     }
 }
 
-/// The I2C bus with one model on it.
+/// I2C bus with one model on it.
 pub struct OnI2c<'a, P> {
     part: &'a RefCell<P>,
     now_us: &'a Cell<u64>,
@@ -87,7 +88,7 @@ pub struct OnI2c<'a, P> {
 }
 
 impl<'a, P> OnI2c<'a, P> {
-    /// Puts `part` at a 7-bit address; `now_us` is the time of the program that plays.
+    /// Puts `part` at a 7-bit address; `now_us` is the time of the program that plays the model.
     #[must_use]
     pub const fn new(part: &'a RefCell<P>, now_us: &'a Cell<u64>, address: u8) -> Self {
         Self { part, now_us, address, cursor: Cursor::new() }

@@ -1,8 +1,8 @@
-//! When a part converts, and what into: the truth at that instant as a word of the part's.
+//! Conversion times of a part, and the truth at these times as words of the part.
 
 use crate::sample::Sample;
 
-/// When a part converts.
+/// Times at which a part converts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Conversions {
     /// At the output data rate that its registers ask for, from the instant it was switched on. The truth between two
@@ -36,7 +36,7 @@ impl Played {
         self.now.map_or(0, |sample| nanoseconds(sample.t_us))
     }
 
-    /// The truth at an instant between the last two samples; the nearer of them outside.
+    /// Returns the truth at an instant between the last two samples; outside, the nearer of the two.
     pub fn at(&self, t_ns: u64) -> Option<Sample> {
         let now = self.now?;
         let Some(before) = self.before else { return Some(now) };
@@ -62,7 +62,7 @@ impl Played {
     }
 }
 
-/// Ticks of one converter.
+/// Conversion times of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(super) struct Ticks {
     next_ns: Option<u64>,
@@ -73,12 +73,12 @@ impl Ticks {
         Self { next_ns: None }
     }
 
-    /// The rate was written: the first conversion is one period after it. `None` is power-down.
+    /// Sets a rate that was written: the first conversion is one period after `now_ns`. `None` is power-down.
     pub fn set(&mut self, period_ns: Option<u64>, now_ns: u64) {
         self.next_ns = period_ns.map(|period| now_ns.saturating_add(period));
     }
 
-    /// The next tick that is not after `until_ns`.
+    /// Returns the next conversion if it is not after `until_ns`.
     pub fn next_until(&self, until_ns: u64) -> Option<u64> {
         self.next_ns.filter(|next| *next <= until_ns)
     }
@@ -92,8 +92,8 @@ pub(super) const fn nanoseconds(t_us: u64) -> u64 {
     t_us.saturating_mul(1_000)
 }
 
-/// A reading as a two's complement number of the part's: rounded to nearest, halves away from zero, held at `limits`.
-/// Quantises a value; one that is no number becomes 0.
+/// Quantises a value to a two's complement code: value over unit, rounded to nearest, halves away from zero, held at
+/// `limits`; a value that is no number becomes 0.
 pub(super) fn quantised(value: f32, unit: f32, limits: (i32, i32)) -> i32 {
     let counts = libm::roundf(value / unit);
     // `as` saturates and makes 0 of NaN; both limits are exact in f32 (at most 24 bits).

@@ -23,15 +23,15 @@ pub enum PartFault {
 /// A fault and when it strikes: with the transaction of this number (the first is 0), for this long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Injection<F> {
-    /// What.
+    /// Fault.
     pub fault: F,
-    /// Transactions before it.
+    /// Number of transactions before the fault.
     pub at_transaction: u32,
-    /// For how long from then on, microseconds; 0: for that one transaction.
+    /// Duration of the fault from its transaction on, microseconds; 0: that one transaction only.
     pub lasting_us: u64,
 }
 
-/// When a fault strikes, and how many transactions there have been.
+/// Schedule of one fault, with counts of the transactions so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule<F> {
     injection: Option<Injection<F>>,
@@ -41,13 +41,13 @@ pub struct Schedule<F> {
 }
 
 impl<F: Copy> Schedule<F> {
-    /// No fault.
+    /// Schedules no fault.
     #[must_use]
     pub const fn none() -> Self {
         Self { injection: None, transactions: 0, bytes: 0, struck_at_us: None }
     }
 
-    /// This fault.
+    /// Schedules this fault.
     #[must_use]
     pub const fn of(injection: Injection<F>) -> Self {
         Self { injection: Some(injection), ..Self::none() }
@@ -59,7 +59,7 @@ impl<F: Copy> Schedule<F> {
         self.transactions
     }
 
-    /// Bytes that these asked to move, either way; a model does not count them.
+    /// Bytes of these transactions, written and read; counted by a `FaultyBus`, not by a model.
     #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
@@ -69,7 +69,7 @@ impl<F: Copy> Schedule<F> {
         self.bytes = self.bytes.saturating_add(bytes as u64);
     }
 
-    /// When the fault struck, microseconds.
+    /// Time at which the fault struck, microseconds; `None` before.
     #[must_use]
     pub const fn struck_at_us(&self) -> Option<u64> {
         self.struck_at_us
@@ -79,7 +79,7 @@ impl<F: Copy> Schedule<F> {
         self.injection.map_or(0, |injection| injection.lasting_us)
     }
 
-    /// A transaction begins. Gives the fault if it strikes with this one.
+    /// Counts a transaction. Returns the fault if it strikes with this one.
     pub(super) fn begin(&mut self, now_us: u64) -> Option<F> {
         let number = self.transactions;
         self.transactions = self.transactions.saturating_add(1);
@@ -88,7 +88,7 @@ impl<F: Copy> Schedule<F> {
         Some(injection.fault)
     }
 
-    /// The fault that acts now.
+    /// Returns the fault if it acts at `now_us`.
     pub(super) fn acting(&self, now_us: u64) -> Option<F> {
         let (injection, struck) = (self.injection?, self.struck_at_us?);
         let of_this_transaction = injection.at_transaction.checked_add(1) == Some(self.transactions);

@@ -1,4 +1,4 @@
-//! A bus that fails once, at a chosen transaction, around any other.
+//! Bus wrapper that injects one fault, at a chosen transaction, into any bus.
 
 mod i2c_bus;
 mod spi_bus;
@@ -7,31 +7,30 @@ use super::fault::Schedule;
 use core::cell::Cell;
 use embedded_hal::{i2c, spi};
 
-/// Operations that one transaction may have, with the two that a flipped bit adds.
+/// Largest number of operations in a transaction: 8, and the two that a flipped bit adds.
 const OPERATIONS: usize = 10;
 
 /// Fault of the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BusFault {
-    /// Nobody acknowledges; the part has seen nothing. An SPI bus has no such thing: there its driver reports some
-    /// other error.
+    /// The part does not acknowledge; it has seen nothing. SPI has no acknowledge: the error there is `Other`.
     Nack,
     /// Another master was quicker (on SPI: a mode fault); the part has seen nothing.
     ArbitrationLoss,
-    /// The part has done what was asked, and the answer was not in time: the host waits as long as the fault lasts.
+    /// The part does the transaction, but its answer is not in time: the host waits as long as the fault lasts.
     TimeOut,
     /// The lines are held: nothing goes through as long as the fault lasts.
     Locked,
-    /// From this byte on what is read is the idle line, `0xFF`, and the bus driver notices nothing.
+    /// Bytes after the first `whole` are read as the idle line, `0xFF`, and the bus driver notices nothing.
     ShortRead {
-        /// Bytes that are read rightly.
+        /// Bytes that are read correctly.
         whole: u16,
     },
-    /// One bit changes sides, of those that are written and read in the transaction, counted in that order; from the
-    /// first again where there are not so many.
+    /// One bit of the bytes written and read in the transaction is inverted. Bits are counted in the order of
+    /// transfer, modulo their number.
     BitFlip {
-        /// Which.
+        /// Number of the bit, from 0; a byte's most significant bit comes first.
         bit: u16,
     },
 }
@@ -44,7 +43,7 @@ pub enum InjectedError<E> {
     Injected(BusFault),
     /// The transaction has more operations than this wrapper passes on (8).
     TooManyOperations,
-    /// An error of the bus inside.
+    /// An error of the wrapped bus.
     Bus(E),
 }
 
@@ -70,7 +69,7 @@ impl<E: i2c::Error> i2c::Error for InjectedError<E> {
     }
 }
 
-/// Counts what is spent in transactions, by whatever counter a board has.
+/// Meter of the ticks that transactions take, by a counter of the board.
 #[derive(Clone, Copy, Debug)]
 pub struct WireMeter {
     /// Reads a counter of 24 bits that counts up.
@@ -79,7 +78,7 @@ pub struct WireMeter {
     pub spent: u64,
 }
 
-/// A bus with one fault. The schedule is shared with whoever plans it and counts transactions.
+/// Bus with one planned fault. The schedule is shared with the program that plans the fault and counts transactions.
 pub struct FaultyBus<'a, B> {
     inner: B,
     now_us: &'a Cell<u64>,
@@ -89,28 +88,28 @@ pub struct FaultyBus<'a, B> {
 
 /// Course of a transaction.
 enum Course {
-    /// The bus inside does it, and then this is done to what was read.
+    /// The wrapped bus does the transaction, with this fault in its bytes.
     Through(Option<BusFault>),
-    /// The bus inside does it, and the host hears of an error.
+    /// The wrapped bus does the transaction, and the host gets this error.
     Unanswered(BusFault),
-    /// Nothing goes through.
+    /// The wrapped bus sees nothing, and the host gets this error.
     Blocked(BusFault),
 }
 
 impl<'a, B> FaultyBus<'a, B> {
-    /// Around `inner`; `now_us` is the time of the program that plays, which a time-out moves on.
+    /// Wraps `inner`; `now_us` is the time of the simulation, which a time-out advances.
     #[must_use]
     pub const fn new(inner: B, now_us: &'a Cell<u64>, schedule: &'a Cell<Schedule<BusFault>>) -> Self {
         Self { inner, now_us, schedule, meter: None }
     }
 
-    /// The same, with what its transactions take counted while there is a meter.
+    /// Adds a meter, which counts the ticks of transactions while its cell holds one.
     #[must_use]
     pub fn metered(self, meter: &'a Cell<Option<WireMeter>>) -> Self {
         Self { meter: Some(meter), ..self }
     }
 
-    /// Does a transaction and adds what it took.
+    /// Does a transaction and adds its ticks to the meter.
     fn measured<T>(&mut self, transaction: impl FnOnce(&mut Self) -> T) -> T {
         let Some((cell, meter)) = self.meter.and_then(|cell| Some((cell, cell.get()?))) else {
             return transaction(self);
@@ -139,7 +138,7 @@ impl<'a, B> FaultyBus<'a, B> {
     }
 }
 
-/// Where in what is written or read a flipped bit is.
+/// Place of a flipped bit in the bytes written and read.
 #[derive(Clone, Copy)]
 struct Flip {
     /// Byte of the whole transaction.
@@ -155,14 +154,15 @@ impl Flip {
         Some(Self { byte: bit / 8, mask: 0x80 >> (bit % 8) })
     }
 
-    /// The byte's place in an operation that begins at `offset` and has `length` bytes.
+    /// Returns the byte's index in an operation that begins at `offset` and has `length` bytes; `None` if it is
+    /// outside.
     fn within(self, offset: usize, length: usize) -> Option<usize> {
         self.byte.checked_sub(offset).filter(|place| *place < length)
     }
 }
 
-/// Spoils the bytes of one read. `offset`: bytes of the transaction before them, written and read; `already_read`:
-/// those of them that were read.
+/// Applies a fault to the bytes of one read. `offset`: the transaction's bytes before these, written and read;
+/// `already_read`: how many of those were read.
 fn spoil(bytes: &mut [u8], offset: usize, already_read: usize, fault: Option<BusFault>, flip: Option<Flip>) {
     if let Some(flip) = flip
         && let Some(byte) = flip.within(offset, bytes.len()).and_then(|place| bytes.get_mut(place))

@@ -1,10 +1,10 @@
-//! The ST ISM330DHCX, gyro and accelerometer: data sheet DS13012 and application note AN5398.
+//! Model of the ST ISM330DHCX, gyro and accelerometer: data sheet DS13012 and application note AN5398.
 //!
 //! Modelled: identification, control registers with defaults, software reset, output data rates and ranges, output
 //! and status registers, temperature (256 LSB per degree, 0 at 25), timestamp (25 us), and the FIFO with tagged
 //! words, batch rates, watermark, bypass, FIFO and continuous mode, and overrun. A word saturates at its 16 bits,
-//! which is some 15 % beyond the named range of the gyro. The modes of the FIFO that wait for an interrupt behave as
-//! before it.
+//! which is some 15 % beyond the named range of the gyro. FIFO modes that change at an interrupt behave as before
+//! that interrupt.
 //!
 //! Not modelled: block data update (a transaction sees one instant, so a burst is never torn; reading low and high
 //! byte in two transactions can be), compression, filters, the pages of FUNC_CFG_ACCESS, and power modes (all rates
@@ -47,7 +47,7 @@ pub struct Ism330dhcx<const WORDS: usize = { fifo::DEPTH }> {
     gyro: Ticks,
     accel: Ticks,
     temperature: Ticks,
-    /// Conversions, by which the batch rate divides.
+    /// Conversions so far of gyro and accelerometer, for batch rates below the output rate.
     converted: [u32; 2],
     reset_until_ns: u64,
     counting_since_ns: u64,
@@ -87,7 +87,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         &self.schedule
     }
 
-    /// Time passes to `sample.t_us`, at which the truth is `sample`. A sensor that is missing from it converts nothing.
+    /// Advances the part to `sample.t_us`, at which the truth is `sample`. A sensor that is missing from it converts
+    /// nothing.
     pub fn play(&mut self, sample: &Sample) {
         self.played.take(sample);
         let now_ns = nanoseconds(sample.t_us);
@@ -158,7 +159,7 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         }
     }
 
-    /// Words in the FIFO by its status registers, which a stuck data-ready makes false.
+    /// Words in the FIFO by its status registers, which a stuck data-ready makes wrong.
     fn level(&self) -> u16 {
         match self.acting() {
             Some(PartFault::DataReadyStuckLow) => 0,

@@ -1,5 +1,5 @@
-//! A gyro with accelerometer and a magnetometer as models, and the adapters that fly with the real ones, on them:
-//! truth in, samples out.
+//! Models of a gyro with accelerometer and of a magnetometer, read by the adapters that read the real parts: truth
+//! in, samples out.
 
 use super::{
     AtPeriod, BusFault, Conversions, FaultyBus, Ism330dhcx, OnI2c, OnSpi, PartError, Rm3100, Schedule, WireMeter,
@@ -18,11 +18,11 @@ use core::cell::{Cell, RefCell};
 use heapless::{Vec, VecView};
 use st_mems_bus::blocking::{i2c::I2cBus, spi::SpiBus};
 
-/// Without an interrupt a part is asked after so many of its periods.
+/// Periods of a part after which it is read even without an interrupt.
 const OVERDUE_PERIODS: u64 = 3;
 
-/// The parts of a probe, their wires and the time: what a board has where it would have sensors. `WORDS` is the depth
-/// of the FIFO.
+/// Modelled parts of a probe, their wires and the time, in place of a board's sensors. `WORDS` is the depth of the
+/// FIFO.
 pub struct ModelledParts<const WORDS: usize> {
     /// Gyro and accelerometer.
     pub inertial: RefCell<Ism330dhcx<WORDS>>,
@@ -30,11 +30,11 @@ pub struct ModelledParts<const WORDS: usize> {
     pub magnetic: RefCell<Rm3100>,
     /// Time of the board, microseconds.
     pub now_us: Cell<u64>,
-    /// Transactions with the gyro, and what goes wrong with them.
+    /// Transactions with gyro and accelerometer, and the fault planned for them.
     pub inertial_wire: Cell<Schedule<BusFault>>,
-    /// Transactions with the magnetometer, and what goes wrong with them.
+    /// Transactions with the magnetometer, and the fault planned for them.
     pub magnetic_wire: Cell<Schedule<BusFault>>,
-    /// Meter of the time that wires and models take, if somebody counts it.
+    /// Meter of the ticks that wires and models take; `None` if nobody counts them.
     pub meter: Cell<Option<WireMeter>>,
 }
 
@@ -65,7 +65,7 @@ type MagneticOnSpi<'a> = Rm3100Adapter<SpiRegisters<Spi<'a, Rm3100>>>;
 /// The adapters on I2C.
 type InertialOnI2c<'a, const WORDS: usize> = Ism330dhcxAdapter<I2cBus<I2c<'a, Ism330dhcx<WORDS>>>>;
 type MagneticOnI2c<'a> = Rm3100Adapter<I2cRegisters<I2c<'a, Rm3100>>>;
-/// An error of such a bus.
+/// An error of an adapter over a modelled bus.
 pub type PairError = ReadError<InjectedError<PartError>>;
 type BusError = InjectedError<PartError>;
 
@@ -80,17 +80,18 @@ pub struct ModelledPair<'a, const WORDS: usize, I = InertialOnSpi<'a, WORDS>, M 
     last_errors: [Option<PairError>; 2],
 }
 
-/// Periods of the parts where they are not their own, microseconds.
+/// Periods of the parts, in place of those of their data sheets, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Periods {
-    /// Period of gyro and accelerometer, microseconds; `None` for the part's own.
+    /// Period of gyro and accelerometer, microseconds; `None` for the data sheet's.
     pub inertial_us: Option<u32>,
-    /// Period of the magnetometer, microseconds; `None` for the part's own.
+    /// Period of the magnetometer, microseconds; `None` for the data sheet's.
     pub magnetic_us: Option<u32>,
 }
 
 impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
-    /// A pair over SPI. Nothing is transferred yet. `trigger`: whether [`play`](Self::play) is called at the very time of an interrupt.
+    /// Creates a pair over SPI; nothing is transferred yet. `trigger`: `Interrupt` if [`play`](Self::play) is called
+    /// at the very time of an interrupt.
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;
@@ -107,7 +108,7 @@ impl<'a, const WORDS: usize> ModelledPair<'a, WORDS> {
 }
 
 impl<'a, const WORDS: usize> ModelledPair<'a, WORDS, InertialOnI2c<'a, WORDS>, MagneticOnI2c<'a>> {
-    /// The same over I2C, each part on a bus of its own.
+    /// Creates a pair as [`new`](ModelledPair::new) does, but over I2C, each part on a bus of its own.
     #[must_use]
     pub fn new_i2c(parts: &'a ModelledParts<WORDS>, periods: Periods, watermark_frames: u8, trigger: Trigger) -> Self {
         let now_us = &parts.now_us;
@@ -141,16 +142,16 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
     }
 
-    /// Time passes to `truth.t_us`, and the adapters take what there is, a burst of it. The samples of that are
-    /// appended to `samples` as far as there is room (8 are enough).
+    /// Advances the parts to `truth.t_us`; then the adapters read at most one burst each. Their samples are appended
+    /// to `samples` while there is room (8 are enough).
     pub fn play(&mut self, truth: &Sample, samples: &mut VecView<Sample>) {
         self.pass_to(truth);
         self.service(samples);
     }
 
-    /// Time passes in the parts, and no adapter runs.
+    /// Advances the parts to `truth.t_us`; no adapter runs.
     pub fn pass_to(&mut self, truth: &Sample) {
-        // After a time-out the loop may be later than that.
+        // After a time-out the time may be later than the truth's.
         self.parts.now_us.set(self.parts.now_us.get().max(truth.t_us));
         if let Ok(mut part) = self.parts.inertial.try_borrow_mut() {
             part.play(truth);
@@ -179,7 +180,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
             self.note(1, now_us, result);
             readings.into_iter().for_each(|reading| self.combiner.magnetic(reading));
         }
-        // A time-out has moved the time on: first the parts have to be played to it.
+        // A time-out has advanced the time: first the parts have to be played to it.
         if self.parts.now_us.get() != now_us {
             return;
         }

@@ -1,4 +1,4 @@
-//! A recording through the models and the adapters on them: one sample out for each one in, at its time.
+//! Playback of a recording through the models and their adapters: one sample out for each one in, at its time.
 
 use super::{ModelledPair, ModelledParts, Periods};
 use crate::{
@@ -11,9 +11,10 @@ use heapless::Vec;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Recording {
-    /// Time from conversion to conversion of gyro and accelerometer, microseconds: each sample is one.
+    /// Time from conversion to conversion of gyro and accelerometer, microseconds: each sample is one conversion.
     pub inertial_us: u32,
-    /// The same of the magnetometer: each sample with a field is one.
+    /// Time from conversion to conversion of the magnetometer, microseconds: each sample with a field is one
+    /// conversion.
     pub magnetic_us: u32,
 }
 
@@ -22,39 +23,40 @@ pub struct Recording {
 pub struct PlayedCounts {
     /// Samples of the recording.
     pub samples: u32,
-    /// Those that did not come through.
+    /// Samples of the recording that the adapters did not put out.
     pub lost: u32,
     /// Largest difference between the adapters' stamps and the recording's times, microseconds.
     pub stamp_error_us: u64,
 }
 
-/// The parts are switched on so long before the recording, microseconds, so that they have settled when it begins;
-/// their time is that much later.
+/// Time by which the parts are switched on before the recording, microseconds, so that they have settled when it
+/// begins; the parts' time is the recording's plus this.
 pub const WARM_UP_US: u64 = 1_000_000;
-/// Samples in which they settle.
+/// Samples, before the recording, in which the parts settle.
 const SETTLING: u32 = 48;
-/// Least noise of a part at rest, so that its adapter can see that it lives: some codes either way, of the
+/// Least noise of a part at rest with which its adapter does not take it for frozen: some codes either way, of the
 /// ISM330DHCX's gyro and accelerometer, rad/s and m/s^2, and of the RM3100, microtesla.
 pub const DITHER: [f32; 3] = [0.005, 0.02, 0.1];
 
-/// One conversion gives one; another may come with it after a pause.
+/// Room for the samples of one call: a conversion gives one; another may come with it after a pause.
 const SAMPLES: usize = 2;
 
-/// Plays a recording.
+/// Player of a recording.
 ///
-/// A part with a FIFO puts out gyro and accelerometer together, always. Where the recording lacks one of them its
-/// values are still played (a truth between those before and after), and the sample is flagged as it was recorded.
+/// A part with a FIFO always puts out gyro and accelerometer together. Where the recording has one of them flagged
+/// missing, its values are still played (a truth between those before and after), and the sample that comes out is
+/// flagged, too.
 pub struct RecordingPlayer<'a, const WORDS: usize> {
     pair: ModelledPair<'a, WORDS>,
     recording: Recording,
     truth_us: u64,
-    /// Readings that the recording lacks there.
+    /// Missing flags of gyro and accelerometer in the truth being played.
     lacks: SampleFlags,
     counts: PlayedCounts,
 }
 
 impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
-    /// Over parts that convert with every sample, which settle about the first truth.
+    /// Creates a player over parts that convert with every sample.
     #[must_use]
     pub fn new(parts: &'a ModelledParts<WORDS>, recording: Recording) -> Self {
         let periods = Periods { inertial_us: Some(recording.inertial_us), magnetic_us: Some(recording.magnetic_us) };
@@ -62,7 +64,7 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         Self { pair, recording, truth_us: 0, lacks: SampleFlags::empty(), counts: PlayedCounts::default() }
     }
 
-    /// The parts are switched on before the first truth, and settle.
+    /// Switches the parts on before the first truth, about which they settle.
     pub fn settle(&mut self, first: &Sample) {
         let period_us = u64::from(self.recording.inertial_us);
         for k in 0..SETTLING {
@@ -82,14 +84,14 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
         }
     }
 
-    /// Time passes in the parts to the next truth: what hardware does.
+    /// Advances the parts to the next truth, as hardware does by itself; no adapter runs.
     pub fn pass_to(&mut self, truth: &Sample) {
         self.truth_us = truth.t_us + WARM_UP_US;
         self.lacks = truth.flags & INERTIAL_MISSING;
         self.pair.pass_to(&Sample { t_us: self.truth_us, flags: truth.flags - INERTIAL_MISSING, ..*truth });
     }
 
-    /// Returns the sample that the adapters make, at the time at which it was recorded, with everything flagged
+    /// Returns the sample that the adapters make, at the time at which it was recorded; all sensors are flagged
     /// missing if none came.
     pub fn service(&mut self) -> Sample {
         let mut out = Vec::<Sample, SAMPLES>::new();
@@ -119,5 +121,5 @@ impl<'a, const WORDS: usize> RecordingPlayer<'a, WORDS> {
     }
 }
 
-/// Readings that a part with a FIFO never lacks alone.
+/// Missing flags of gyro and accelerometer, which a part with a FIFO puts out together.
 const INERTIAL_MISSING: SampleFlags = SampleFlags::GYRO_MISSING.union(SampleFlags::ACCEL_MISSING);

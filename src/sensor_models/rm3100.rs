@@ -1,13 +1,13 @@
-//! The PNI RM3100, magnetometer: PNI document 1017252 (r03), "RM3100 & RM2100 Sensor Suite User Manual".
+//! Model of the PNI RM3100, magnetometer: PNI document 1017252 (r03), "RM3100 & RM2100 Sensor Suite User Manual".
 //!
 //! Modelled: revision, cycle counts with their gain and time, continuous mode with its update rate and the order of
 //! the axes (each axis has the field of the middle of its own time), single measurements, data ready with what clears
 //! it, and two traps of section 5.2: reading CMM, or writing TMRC, ends the continuous mode. The lower bits of STATUS
-//! are indeterminate (section 5.4.1) and read as something.
+//! are indeterminate (section 5.4.1) and read as a constant.
 //!
 //! Not modelled: alarms, built-in self-test, the reasons of a refusal (HSHAKE's NACK bits), DRDY after a single axis,
-//! the 7 % spread of the update rate. Beyond its range of 800 uT (table 3-1) nothing is documented: the model holds
-//! the reading there.
+//! the 7 % spread of the update rate. Beyond its range of 800 uT (table 3-1) nothing is documented: the model limits
+//! the reading to the range.
 
 mod registers;
 
@@ -32,13 +32,13 @@ const INDETERMINATE: u8 = 0x2A;
 /// A measurement of one or more axes that is under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Sequence {
-    /// When its next axis begins.
+    /// Time at which the axis being measured begins.
     axis_from_ns: u64,
     begun_ns: u64,
     axis: usize,
     axes: [bool; 3],
     continuous: bool,
-    /// The middle of the axis's time is over, and with it the field it sees.
+    /// True if the middle of the axis's time, at which the field is taken, is over.
     seen: bool,
 }
 
@@ -84,7 +84,7 @@ impl Rm3100 {
         &self.schedule
     }
 
-    /// Time passes to `sample.t_us`, at which the truth is `sample`. Where its magnetometer is missing nothing is
+    /// Advances the part to `sample.t_us`, at which the truth is `sample`. If its magnetometer is missing, nothing is
     /// converted.
     pub fn play(&mut self, sample: &Sample) {
         self.played.take(sample);
@@ -151,7 +151,7 @@ impl Rm3100 {
             axis.map(|axis| Sequence { axis_from_ns: at_ns, begun_ns: at_ns, axis, axes, continuous, seen: false });
     }
 
-    /// Measures all that is due.
+    /// Does the measurements that are due by `now_ns`.
     fn pass_to(&mut self, now_ns: u64) {
         while let Some(sequence) = self.sequence {
             let axis_ns = axis_ns(self.cycles(sequence.axis));
@@ -195,7 +195,7 @@ impl Rm3100 {
         }
     }
 
-    /// All axes are done: the results can be read.
+    /// Puts the results of all axes into the registers and sets data ready.
     fn finish(&mut self) {
         let fault = self.acting();
         if fault != Some(PartFault::FrozenOutput) {
@@ -228,7 +228,7 @@ impl SerialPart for Rm3100 {
         match address {
             CMM => {
                 let value = self.register(CMM);
-                // Section 5.2: reading it terminates the continuous mode.
+                // Section 5.2: reading CMM terminates the continuous mode.
                 self.put(CMM, value & !START);
                 self.sequence = None;
                 value
@@ -257,11 +257,11 @@ impl SerialPart for Rm3100 {
             CMM if value & START != 0 => self.begin_sequence(self.axes(value, CMM_AXES), true, self.now_ns),
             CMM => self.sequence = None,
             TMRC => {
-                // Section 5.2: so does writing this one.
+                // Section 5.2: writing TMRC terminates the continuous mode, too.
                 self.put(CMM, self.register(CMM) & !START);
                 self.sequence = None;
             }
-            // Not accepted while the continuous mode is on (section 5.6.2).
+            // POLL is not accepted while the continuous mode is on (section 5.6.2).
             POLL if self.register(CMM) & START == 0 => {
                 self.begin_sequence(self.axes(value, POLL_AXES), false, self.now_ns);
             }

@@ -2,20 +2,20 @@
 
 /// A part with 7-bit register addresses on a serial bus.
 pub trait SerialPart {
-    /// The chip is selected, or addressed, at this time, microseconds: a transaction begins.
+    /// Begins a transaction: the chip is selected, or addressed, at `now_us`, microseconds.
     fn begin(&mut self, now_us: u64);
 
-    /// Reads a register, with whatever that does to the part.
+    /// Reads a register, with the side effects of that on the part.
     fn read(&mut self, address: u8) -> u8;
 
-    /// Writes a register. Of a register that cannot be written nothing comes.
+    /// Writes a register; one that cannot be written stays as it is.
     fn write(&mut self, address: u8, value: u8);
 
-    /// The address after this one within one transaction.
+    /// Returns the address after this one within one transaction.
     fn following(&self, address: u8) -> u8;
 }
 
-/// Where in its registers a transaction is.
+/// Position of a transaction in a part's registers.
 ///
 /// Both parts speak the same protocol. SPI: the first byte is the register address with bit 7 set to read, cleared to
 /// write, then data (ISM330DHCX DS13012, SPI interface; RM3100 manual section 4.4). I2C: the first byte written is
@@ -29,13 +29,13 @@ pub struct Cursor {
 }
 
 impl Cursor {
-    /// No address yet.
+    /// Creates the position of a transaction that has no address yet.
     #[must_use]
     pub const fn new() -> Self {
         Self { address: 0, addressed: false, reads: false }
     }
 
-    /// One byte out and one byte in, as SPI does.
+    /// Shifts one byte out and one in, as SPI does.
     pub fn shift<P: SerialPart>(&mut self, part: &mut P, out: u8) -> u8 {
         if !self.addressed {
             *self = Self { address: out & 0x7F, addressed: true, reads: out & 0x80 != 0 };
@@ -51,14 +51,14 @@ impl Cursor {
         }
     }
 
-    /// One byte written over I2C.
+    /// Takes one byte written over I2C.
     pub fn receive<P: SerialPart>(&mut self, part: &mut P, byte: u8) {
         // Bit 7 of the sub-address has no meaning here: the direction is in the slave address.
         let out = if self.addressed { byte } else { byte & 0x7F };
         self.shift(part, out);
     }
 
-    /// One byte read over I2C.
+    /// Returns one byte read over I2C.
     pub fn send<P: SerialPart>(&mut self, part: &mut P) -> u8 {
         let address = self.address;
         self.address = part.following(address) & 0x7F;

@@ -8,9 +8,9 @@ use crate::{
     units::STANDARD_GRAVITY_M_S2,
 };
 
-// Registers of accelerometer and gyro: Bosch BST-BMI088-DS001, section 5. The crate moves the bytes, with the
-// byte between that the accelerometer needs (6.1.2); its own set-up waits, and leaves range and rate
-// unchanged.
+// Registers of accelerometer and gyro: Bosch BST-BMI088-DS001, section 5. The crate bmi088 transfers the bytes, with
+// the dummy byte that the accelerometer needs (6.1.2); its own set-up is not used: it waits, and leaves range and
+// rate unchanged.
 mod accel {
     pub const CHIP_ID: u8 = 0x00;
     pub const STATUS: u8 = 0x03;
@@ -54,24 +54,23 @@ mod gyro {
         (INT_CTRL, 0x40),
         (FIFO_CONFIG_1, STREAM),
     ];
-    /// Stream mode, in which older frames give way; 0 after a reset.
+    /// Stream mode, in which new frames replace the oldest; 0 after a reset.
     pub const STREAM: u8 = 0x80;
     pub const OVERRUN: u8 = 1 << 7;
 }
-/// Reset command of either.
+/// Reset command of gyro and accelerometer.
 const RESET: u8 = 0xB6;
 /// Reset time of the gyro; the accelerometer takes 1 ms.
 const RESET_US: u32 = 30_000;
 const POWERED_US: u32 = 5_000;
-/// Bursts between readings of the thermometer, which puts out one in 1.28 s.
+/// Bursts between readings of the thermometer, which updates every 1.28 s.
 const BURSTS_PER_TEMPERATURE: u8 = 64;
 
 /// Adapter of Bosch's BMI088: 200 Hz, 2000 dps, 24 g; blocking, on SPI, mode 0 or 3, at most 10 MHz.
 ///
-/// The gyro's FIFO paces the frames. The accelerometer has its own oscillator: its newest reading goes to the
-/// newest frame if it has not been read before. So now and then a frame has no accelerometer, and a reading
-/// has no frame.
-/// been read before. So now and then a frame has no accelerometer, and a reading none of the frames.
+/// The gyro's FIFO paces the frames. The accelerometer has its own oscillator: its newest reading goes to the newest
+/// frame if it has not been read before. So now and then a frame has no accelerometer reading, and a reading goes
+/// into no frame.
 pub struct Bmi088<A, G> {
     accel: SpiInterface<A>,
     gyro: SpiInterface<G>,

@@ -13,11 +13,11 @@ const WAITING: usize = 8;
 
 /// Combiner of an inertial and a magnetic source's readings into samples.
 ///
-/// Each inertial reading makes one sample, at once. A magnetic reading goes to the next inertial one, at its
-/// time or after it; the samples between have [`SampleFlags::MAG_MISSING`]. So a sample's field is half a
-/// sample period older in the mean, which is part of the magnetometer's configured latency
-/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the
-/// magnetic source first, then the inertial one.
+/// Each inertial reading makes one sample, at once. A magnetic reading goes into the sample of the first inertial
+/// reading at its time or after it; the samples between have [`SampleFlags::MAG_MISSING`]. So a sample's field is
+/// half a sample period older in the mean; this delay is part of the magnetometer's configured latency
+/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the magnetic source
+/// first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,
@@ -65,7 +65,7 @@ impl Combiner {
             flags: reading.flags | SampleFlags::MAG_MISSING,
         };
         if let Some(magnetic) = self.newest(reading.t_us) {
-            // A fault of the magnetometer leaves the inertial sensors.
+            // A fault of the magnetometer leaves the inertial readings usable.
             if !magnetic.flags.intersects(SampleFlags::MAG_MISSING | SampleFlags::FAULT) {
                 sample.mag_ut = magnetic.mag_ut;
                 sample.flags.remove(SampleFlags::MAG_MISSING);
@@ -75,8 +75,8 @@ impl Combiner {
         Some(sample)
     }
 
-    /// Takes the newest waiting reading of this time or before. Older ones are lost, and so is one that is
-    /// too old.
+    /// Takes the newest waiting magnetic reading of time `t_us` or before. Older ones are lost, and so is the newest
+    /// if it is more than 1.5 periods old.
     fn newest(&mut self, t_us: u64) -> Option<MagneticReading> {
         let mut newest: Option<MagneticReading> = None;
         while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us) {

@@ -8,7 +8,7 @@ pub struct Counters {
     pub readings: u32,
     /// Transactions that failed on the bus.
     pub bus_errors: u32,
-    /// Starts at which the part identified as another.
+    /// Starts at which the identity read was not the part's.
     pub wrong_identity: u32,
     /// Starts that failed otherwise.
     pub failed_starts: u32,

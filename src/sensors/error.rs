@@ -40,6 +40,6 @@ pub enum ReadError<E> {
     Start(StartError<E>),
     /// The part had returned to its default settings: its output is dropped.
     Reset,
-    /// The part has put nothing out for many periods.
+    /// The part has put nothing out for more than ten periods.
     Silent,
 }

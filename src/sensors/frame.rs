@@ -27,8 +27,8 @@ pub struct Burst<const V: usize> {
     /// True if the FIFO has run over since the last burst: older frames are lost, and those in it are the
     /// newest.
     pub overrun: bool,
-    /// Number of frames with a wrong tag, parity or checksum. A frame without that sensor keeps the place of
-    /// one among others, because times are counted by frames.
+    /// Number of frames with a wrong tag, parity or checksum. A corrupt frame among others is still pushed, without
+    /// the sensor's codes, because times are counted by frames.
     pub corrupt: u16,
 }
 

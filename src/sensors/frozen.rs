@@ -1,7 +1,6 @@
 //! Frozen sensors of a part, told by codes that do not change.
 
-/// Factor of the frames after which a single axis counts as frozen: by chance one axis repeats itself more
-/// easily than three.
+/// Factor on the frozen-frame threshold for a single axis, which by chance repeats itself more easily than three.
 const AXIS: u16 = 3;
 /// Limit of the counted frames, in thresholds of a whole sensor: a few changes make an axis believable again.
 const MOST: u16 = 4 * AXIS;
@@ -19,8 +18,8 @@ impl Frozen {
         self.last == codes
     }
 
-    /// Takes codes. Returns true if the sensor is frozen. An axis may stand still at the end of its range
-    /// (`clip_code`).
+    /// Takes codes. Returns true if the sensor is frozen: all axes unchanged for `frames` frames, or one for three
+    /// times as many. An axis may stand still at the end of its range (`clip_code`).
     pub fn sees(&mut self, codes: [i32; 3], clip_code: i32, frames: u16) -> bool {
         let axes = self.same.iter_mut().zip(self.last).zip(codes);
         for ((same, last), code) in axes {

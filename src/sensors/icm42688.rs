@@ -17,15 +17,16 @@ use crate::{
     units::STANDARD_GRAVITY_M_S2,
 };
 
-// Register names of TDK DS-000347, data sheet of the ICM-42688-P, section 14. The crate has them, and the
-// FIFO's packet; its own start keeps the bus when it fails, waits, and is either blocking or asynchronous.
+// Register names of TDK DS-000347, data sheet of the ICM-42688-P, section 14. The crate icm426xx gives them and the
+// FIFO's packet; its own start is not used: it keeps the bus when it fails, waits, and is either blocking or
+// asynchronous.
 #[bisync]
 const IDENTITY: u8 = 0x47;
 #[bisync]
 const SOFT_RESET: u8 = 1;
 #[bisync]
 const RESET_US: u32 = 1_000;
-/// Low-noise mode of both; no register may be written for 200 us after it.
+/// Low-noise mode of gyro and accelerometer; no register may be written for 200 us after it is set.
 #[bisync]
 const LOW_NOISE: u8 = 0b1111;
 #[bisync]
@@ -63,7 +64,7 @@ const HEAD: usize = 3;
 /// Packets in the FIFO's 2 kbytes.
 #[bisync]
 const FIFO_PACKETS: u16 = 2_048 / PACKET as u16;
-/// Value of an axis without a valid reading: -32768 of 16 bits, and the low four bits.
+/// Code of an axis without a valid reading: -32768 in the upper 16 bits; the low four bits may be any.
 #[bisync]
 const INVALID: i32 = -524_288;
 
@@ -109,12 +110,12 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
     type Error = S::Error;
 
     fn data(&self) -> InertialData {
-        // 19 bits of the gyro and 18 of the accelerometer, in 20: 131 and 8192 codes of a degree per second
-        // and of g in the upper bits.
+        // The part puts 19 bits of the gyro and 18 of the accelerometer into 20: 131 codes per degree per second and
+        // 8192 per g, times 2 and 4 for the unused low bits.
         const CODES_PER_DPS: f32 = 262.144;
         const CODES_PER_G: f32 = 32_768.0;
         const G: f32 = STANDARD_GRAVITY_M_S2;
-        // UI_FILT_BW 1, the default: a quarter of 400 Hz, which is the least that this filter runs at.
+        // Bandwidth of UI_FILT_BW 1, the default: a quarter of 400 Hz, the lowest rate at which this filter runs.
         const BANDWIDTH_HZ: f32 = 100.0;
         let latency_s = [SensorData::low_pass_latency_s(BANDWIDTH_HZ); 3];
         let clip_code = 524_256;
@@ -169,7 +170,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
                     (INTF_CONFIG1::ID, &[CLOCK_PLL]),
                     (GYRO_CONFIG0::ID, &[WIDEST_200_HZ]),
                     (ACCEL_CONFIG0::ID, &[WIDEST_200_HZ]),
-                    // With its watermark: one packet.
+                    // Settings and watermark of the FIFO; the watermark is one packet.
                     (FIFO_CONFIG1::ID, &[PACKETS_OF_20_BITS, 1, 0]),
                 ];
                 for (register, values) in writes {
@@ -210,7 +211,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
         }
         let left = count.saturating_sub(expected);
         burst.left = left.min(FIFO_PACKETS.into()) as u16;
-        // As many as now, because they come at a steady rate.
+        // Packets come at a steady rate: expect as many as now, or the rest that was left.
         self.expected = (if left > 0 { left } else { count }).clamp(1, BURST_FRAMES);
         Ok(())
     }

@@ -1,33 +1,33 @@
-//! Innovations of a part's codes: a reading that moves as nothing can is not believed.
+//! Innovations of a part's codes: a reading that no motion can produce is not believed.
 
-/// Largest believable innovation, in usual ones.
+/// Largest believable innovation, in multiples of the usual (rms) one.
 const SIGMAS: f32 = 6.0;
 /// Averaging length of the usual innovation, frames.
 const MEMORY: f32 = 16.0;
-/// Frames after a start that only teach: nothing is usual before them.
+/// Frames after a start that only set the usual innovation, and are not believed.
 const FIRST_FRAMES: f32 = 4.0;
-/// Readings after a jump from which the new level is believed, unless the sensor stands still there: then it
-/// was no glitch.
+/// Readings in a row at a new level from which it is believed, as no glitch, unless the sensor stands still there.
 const JUMPED: u8 = 2;
-/// Lost frames after which the next reading may be anywhere.
+/// Lost frames after which the next reading may have any code.
 const MOST_LOST: u8 = 8;
 /// Code changes after which an axis counts as alive.
 const MOVES: u8 = 1;
 /// Natural logarithm of the odds against chance at which a repeating axis is not believed: a false alarm in
 /// some hundreds of millions of readings.
 const DOUBTFUL: f32 = 20.0;
-/// Odds for zeros of an axis that moves by so many codes, where a false alarm in thousands does no harm.
+/// Odds, as a logarithm, at which zeros of an axis that moves by [`MOVING_CODES`] or more are not believed; a false
+/// alarm in thousands does no harm there.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
-/// Odds for a single exact zero, which is also what a dead axis reads: ln 25. An axis that passes zero loses
-/// at most one reading in twenty-five there.
+/// Odds, as a logarithm, at which a single exact zero, which is also what a dead axis reads, is not believed: ln 25.
+/// An axis that passes zero loses at most one reading in twenty-five there.
 const ZERO: f32 = 3.2;
-/// Ratio of an axis's mean square to that of its usual steps below which it hovers about zero and zeros are
-/// common; steps have twice the noise's mean square.
+/// Ratio of an axis's mean square code to its mean square step below which the axis hovers about zero and zeros are
+/// common; steps of noise have twice the noise's mean square.
 const HOVERING: f32 = 1.5;
-/// Codes of noise and motion below which zeros are common.
+/// Rms step by noise and motion, codes, below which zeros are common.
 const LIVELY_CODES: f32 = 4.0;
-/// Mean square that rounding adds to a step from code to code.
+/// Mean square that rounding adds to a step from code to code, codes squared.
 const ROUNDING: f32 = 1.0 / 6.0;
 
 /// Detector of codes of a vector sensor that no motion produces.
@@ -37,13 +37,13 @@ const ROUNDING: f32 = 1.0 / 6.0;
 /// difference from there, is limited to six times the usual one, and never to less than `sure`, which is
 /// always believed. An axis that repeats itself, or reads exactly zero where another value is expected, while
 /// it usually moves by many codes, is frozen or dead; the more codes it moves by, the sooner that shows.
-/// After a start nothing is believed until every axis has moved and the usual is known.
+/// After a start nothing is believed until every axis has moved and the usual innovation is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Innovation {
     axes: [Axis; 3],
     /// True if there is a last reading that was believed.
     begun: bool,
-    /// Odds against chance that all axes repeat themselves.
+    /// Logarithm of the odds against chance that all axes repeat themselves.
     repeated: f32,
     jumps: u8,
     /// Frames lost or not believed before the next.
@@ -59,12 +59,12 @@ struct Axis {
     /// Change of the believed code from frame to frame.
     slope: i32,
     moves: u8,
-    /// True if the last innovation was a usual one; others say nothing about the slope.
+    /// True if the last innovation was within the limit; a larger one does not set the slope.
     is_usual: bool,
     mean_square_code: f32,
     mean_square_step: f32,
     mean_square: f32,
-    /// Odds against chance of the repeats so far.
+    /// Logarithm of the odds against chance of the axis's repeats so far.
     repeated: f32,
 }
 
@@ -100,9 +100,9 @@ impl Innovation {
         self.begun &= self.skipped < MOST_LOST;
     }
 
-    /// Returns true if these codes are to be believed. An innovation of `sure` codes a frame always is. A
-    /// code of `clip_code` or more, either sign, is at the end of the range, where it may stand still.
-    /// `repeats` are the [odds](Self::repeated) at which a repeat is not believed.
+    /// Returns true if these codes are to be believed. An innovation of up to `sure` codes a frame always is. A code
+    /// of `clip_code` or more, either sign, is at the end of the range, where it may stand still. `repeats` are the
+    /// [odds](Self::repeated) at which a repeat of all axes is not believed.
     pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32, repeats: f32) -> bool {
         let frames = i32::from(self.skipped) + 1;
         let first = self.frames == 0.0;
@@ -146,18 +146,18 @@ impl Innovation {
 }
 
 impl Axis {
-    /// Returns true if a code is beyond the limit, and the odds against chance if it is a zero. Learns what
-    /// is usual.
+    /// Returns true if a code's innovation is beyond the limit, and the log odds against chance of the code if it is
+    /// zero. Updates the usual innovation.
     fn innovation(&mut self, code: i32, frames: i32, sure: f32, learning: bool, memory: f32) -> (bool, f32) {
         let size =
             libm::fabsf(code.saturating_sub(self.believed).saturating_sub(self.slope.saturating_mul(frames)) as f32)
                 / frames as f32;
         let usual = libm::sqrtf(if self.mean_square > 1.0 { self.mean_square } else { 1.0 });
         let limit = SIGMAS * usual;
-        // A reading after a barely believed one may be as far from it as that one was from the truth.
+        // A reading after one beyond the limit may be as far from it as that one was from the truth.
         let sure = if self.is_usual { sure } else { 2.0 * sure };
         self.is_usual = size <= limit;
-        // The first frames teach, however large they are.
+        // The first frames set the usual innovation, however large theirs is.
         let within = if size > limit && !learning { limit } else { size };
         self.mean_square += (within * within - self.mean_square) / memory;
         self.mean_square_code += (code as f32 * code as f32 - self.mean_square_code) / memory;
@@ -169,18 +169,18 @@ impl Axis {
         )
     }
 
-    /// Counts the odds of standing still, or of a zero with odds `zero` by its innovation. Returns those of
-    /// one frame.
+    /// Adds the log odds that a code repeats by chance, or is a zero by chance (`zero`: log odds by its innovation).
+    /// Returns the log odds of one repeat.
     fn repeats(&mut self, code: i32, stands: bool, zero: f32, clip_code: i32) -> f32 {
         let odds = odds_of_zero(0.0, self.mean_square_step - ROUNDING);
         self.repeated = if stands { self.repeated + odds } else { 0.0 };
         let zeros = || self.mean_square_step >= MOVING_CODES * MOVING_CODES && self.repeated + odds > DOUBTFUL_AT_ZERO;
         let lively = self.mean_square_step >= LIVELY_CODES * LIVELY_CODES;
-        // An axis that hovers about zero is no further from the truth than its noise.
+        // A zero of an axis that hovers about zero is wrong by no more than its noise.
         let hovers = self.mean_square_code <= HOVERING * self.mean_square_step;
         let from_last = || !stands && odds_of_zero(self.last as f32, self.mean_square_step) > ZERO;
         if code == 0 && ((lively && !hovers && (zero > ZERO || from_last())) || zeros()) {
-            // Doubted until it is no zero any more.
+            // Doubt the axis until its code is no zero any more.
             self.repeated += 2.0 * DOUBTFUL;
         }
         if code != self.last || code.abs() >= clip_code {
@@ -190,9 +190,9 @@ impl Axis {
     }
 }
 
-/// Natural logarithm of the odds against a normal deviate rounding to zero, by its mean and variance in
-/// codes. About the mean the chance is 1 / sqrt(2 pi variance) for a large variance, and goes to one for a
-/// small: this is within 6 % of the chance of a rounded difference of two, and never too small.
+/// Natural logarithm of the odds against a normal deviate rounding to zero, by its mean and variance in codes. With
+/// mean zero the chance is 1 / sqrt(2 pi variance) for a large variance, and goes to one for a small: the formula is
+/// within 6 % of the chance of a rounded difference of two, and never too small.
 fn odds_of_zero(mean: f32, variance: f32) -> f32 {
     if variance <= 0.0 {
         return 0.0;
@@ -204,7 +204,7 @@ fn odds_of_zero(mean: f32, variance: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Odds of one in 50.
+    /// Log odds of one in 50.
     const REPEATS: f32 = 3.9;
 
     /// Codes of a sensor that swings by thousands, with some noise.

@@ -95,7 +95,7 @@ impl<B: BusOperation> Part<2> for Ism330dhcx<B> {
                     per_code: 0.488e-3 * STANDARD_GRAVITY_M_S2,
                     clip_code: 32_767,
                     latency_s: [SensorData::low_pass_latency_s(104.0); 3],
-                    // Value at the lowest ranges.
+                    // Noise at the lowest ranges.
                     noise_density: Some(60e-6 * STANDARD_GRAVITY_M_S2),
                 },
             ],

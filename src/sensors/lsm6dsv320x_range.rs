@@ -1,6 +1,6 @@
 //! Range of an LSM6DSV320X.
 
-/// Accelerometer of an LSM6DSV320X that is read.
+/// Accelerometer that is read, out of the two of an LSM6DSV320X.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Lsm6dsv320xRange {

@@ -10,8 +10,8 @@
 //!   v
 //! Combiner     -> Sample, for `Probe::push`
 //! ```
-//! Each exists [`blocking`] and [`asynchronous`], from one source text. `docs/sensors.md` shows how to write
-//! another adapter.
+//! Parts and sources exist in [`blocking`] and [`asynchronous`], from one source text (the BMI088 only blocking).
+//! `docs/sensors.md` shows how to write another adapter.
 
 mod combiner;
 mod counters;
@@ -103,7 +103,7 @@ pub mod blocking {
 
 /// Sources over embedded-hal-async.
 #[path = "."]
-#[allow(clippy::duplicate_mod)] // The same text, once with and once without its `async`.
+#[allow(clippy::duplicate_mod)] // The files of `blocking`, here with their `async`.
 pub mod asynchronous {
     use bisync2::asynchronous::bisync;
     #[cfg(feature = "async")]

@@ -9,7 +9,7 @@ pub struct Mounting {
 /// Axis of a part, with its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-#[allow(missing_docs)] // They say it.
+#[allow(missing_docs)] // The names say it.
 pub enum Axis {
     PlusX,
     PlusY,

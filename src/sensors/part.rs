@@ -1,13 +1,12 @@
-//! Part: the interface that a driver or adapter implements (docs/sensors.md).
+//! Part, a sensor chip: the interface that its driver or adapter implements (docs/sensors.md).
 
 use super::bisync;
 use crate::sensors::{Burst, PartData, StartError, StartStep};
 
-/// Adapter of a part with `V` vector sensors (2: gyro and accelerometer; 1: magnetometer): its start, and the
-/// reading of its registers. Times, units, mounting, clipping, faults and recovery are
-/// [`Supervised`](super::Supervised)'s.
+/// Adapter of a part with `V` vector sensors (2: gyro and accelerometer; 1: magnetometer): its start, and the reading
+/// of its registers. [`Supervised`](super::Supervised) adds times, units, mounting, clipping, faults and recovery.
 #[bisync]
-#[allow(async_fn_in_trait)] // As in embedded-hal-async: whether a future is `Send` is its bus's matter.
+#[allow(async_fn_in_trait)] // As in embedded-hal-async: the bus decides if a future is `Send`.
 pub trait Part<const V: usize> {
     /// Error of the bus.
     type Error;
@@ -33,7 +32,6 @@ pub trait Part<const V: usize> {
     /// before its frames are believed: a part that was reset in between returns false.
     ///
     /// # Errors
-    /// The bus failed.
     /// The bus failed.
     async fn is_configured(&mut self) -> Result<bool, Self::Error>;
 }

@@ -44,8 +44,8 @@ pub struct TemperatureData {
     pub per_code_c: f32,
 }
 
-/// Part with `V` vector sensors, by its data sheet, at the settings that its driver makes. Two are a gyro and
-/// an accelerometer, in this order; one is a magnetometer.
+/// Part with `V` vector sensors, by its data sheet, at the settings that its driver makes. `V` = 2: a gyro and an
+/// accelerometer, in this order; `V` = 1: a magnetometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartData<const V: usize> {
     /// Name of the part, as its maker writes it.
@@ -60,9 +60,9 @@ pub struct PartData<const V: usize> {
     pub period_us: u32,
     /// Tolerance of the part's own oscillator, as a share of the period.
     pub period_tolerance: f32,
-    /// Frames in its FIFO; 1 means none: the part keeps only the newest.
+    /// Capacity of the part's FIFO, frames; 1 means no FIFO: the part keeps only the newest frame.
     pub fifo_frames: u16,
-    /// Frames after which its FIFO raises the interrupt.
+    /// Frames after which the part's FIFO raises the interrupt.
     pub watermark_frames: u16,
     /// Unsettled frames after a start, which are dropped.
     pub settling_frames: u16,

@@ -4,11 +4,10 @@ use crate::sample::SampleFlags;
 
 /// Reading of an inertial source at one time.
 ///
-/// A sensor of it that did not read, or is not to be believed, has its `*_MISSING` flag set and zeros in its
-/// field.
+/// A sensor that did not read, or whose reading is not believed, has its `*_MISSING` flag set and zeros in its field.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct InertialReading {
-    /// Time of the part's output, microseconds; the truth is older by the part's latency.
+    /// Time of the part's output, microseconds; the measured motion is older by the part's latency.
     pub t_us: u64,
     /// Angular rate in the mounted axes, rad/s.
     pub gyro_rad_s: [f32; 3],
@@ -22,10 +21,10 @@ pub struct InertialReading {
 
 /// Reading of a magnetic source at one time.
 ///
-/// A field that was not read, or is not to be believed, has [`SampleFlags::MAG_MISSING`] set and zeros.
+/// A field that was not read, or is not believed, has [`SampleFlags::MAG_MISSING`] set and zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct MagneticReading {
-    /// Time of the part's output, microseconds; the truth is older by the part's latency.
+    /// Time of the part's output, microseconds; the measured field is older by the part's latency.
     pub t_us: u64,
     /// Magnetic flux density in the mounted axes, microtesla.
     pub mag_ut: [f32; 3],

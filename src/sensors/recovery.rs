@@ -4,13 +4,13 @@
 const FIRST_PAUSE_US: u32 = 10_000;
 /// Longest pause, microseconds.
 const LONGEST_PAUSE_US: u32 = 5_120_000;
-/// Time without an incident after which a part is well again, microseconds: the next pause is the first.
+/// Time without an incident after which a part is well again, microseconds: the next pause is [`FIRST_PAUSE_US`].
 const WELL_AFTER_US: u64 = 2_000_000;
 /// Bus errors in a row after which the part pauses and starts anew.
 const ERRORS_IN_A_ROW: u8 = 5;
 
-/// Schedule of a part's starts, readings and pauses. It knows no bus: it is told what happened, and asked
-/// what is next.
+/// Schedule of a part's starts, readings and pauses. It knows no bus: its caller reports each event, and asks for the
+/// next action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Recovery {
     state: State,
@@ -54,7 +54,7 @@ impl Recovery {
         }
     }
 
-    /// Records a step of the start; the next one comes after so many microseconds.
+    /// Records a step of the start; the next step comes after `after_us` microseconds.
     pub fn stepped(&mut self, now_us: u64, step: u8, after_us: u32) {
         let not_before_us = now_us.saturating_add(after_us.into());
         self.state = State::Starting { step: step.saturating_add(1), not_before_us };
@@ -80,7 +80,7 @@ impl Recovery {
         }
     }
 
-    /// Records a bus failure while reading. Returns true if it was one too many.
+    /// Records a bus failure while reading. Returns true if the part now pauses, after [`ERRORS_IN_A_ROW`] failures.
     pub fn bus_failed(&mut self, now_us: u64) -> bool {
         self.errors = self.errors.saturating_add(1);
         if self.errors < ERRORS_IN_A_ROW {

@@ -4,7 +4,7 @@ use super::{I2c, I2cOperation, SpiDevice, SpiOperation, bisync};
 
 /// Registers of a part: eight-bit addresses that count up within a transaction.
 #[bisync]
-#[allow(async_fn_in_trait)] // As in embedded-hal-async: whether a future is `Send` is its bus's matter.
+#[allow(async_fn_in_trait)] // As in embedded-hal-async: the bus decides if a future is `Send`.
 pub trait Registers {
     /// Error of the bus.
     type Error;

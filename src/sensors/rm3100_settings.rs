@@ -2,9 +2,9 @@
 
 use super::{MagneticData, PartData, SensorData};
 
-/// Rate of the RM3100 in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its
-/// own oscillator have a standard deviation of 7 %. Slower ones are left out: a reset to 37 Hz, the default,
-/// could not be noticed among them.
+/// Rate of the RM3100 in continuous mode: its TMRC register (user manual 5.2.1, table 5-4). The rates of its own
+/// oscillator have a standard deviation of 7 %. Slower rates are left out: the default is 37 Hz, and a reset to it
+/// could not be told from a setting to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[repr(u8)]
@@ -45,9 +45,9 @@ impl core::fmt::Display for CycleCountError {
 impl core::error::Error for CycleCountError {}
 
 impl Rm3100Settings {
-    /// Creates settings with one number of oscillations for each axis's circuit, 30 to 400, and a rate. More
-    /// oscillations give a finer reading that takes longer: if three axes take longer than the rate allows,
-    /// they set the rate.
+    /// Creates settings with a cycle count, 30 to 400 oscillations of each axis's circuit, and a rate. More
+    /// oscillations give a finer reading that takes longer: if three axes take longer than the rate allows, they set
+    /// the rate.
     ///
     /// # Errors
     /// Rejects a cycle count out of range.
@@ -58,22 +58,22 @@ impl Rm3100Settings {
         Ok(Self { cycle_count, rate })
     }
 
-    /// Codes of one microtesla: 0.3671 of a cycle count plus 1.5, a straight line within 0.5 % of the user
-    /// manual's 20, 38 and 75 at 50, 100 and 200 (table 3-1).
+    /// Codes of one microtesla: 0.3671 times the cycle count plus 1.5, within 0.5 % of the user manual's 20, 38 and
+    /// 75 codes at 50, 100 and 200 cycles (table 3-1).
     #[must_use]
     pub fn codes_per_ut(&self) -> f32 {
         0.3671 * f32::from(self.cycle_count) + 1.5
     }
 
-    /// Conversion time of one axis, microseconds: a straight line through the greatest single-axis rates of
-    /// table 3-1: 1600, 850 and 440 Hz at 50, 100 and 200.
+    /// Conversion time of one axis, microseconds: a straight line through the greatest single-axis rates of table
+    /// 3-1: 1600, 850 and 440 Hz at 50, 100 and 200 cycles.
     #[must_use]
     pub fn axis_us(&self) -> u32 {
         77 + 11 * u32::from(self.cycle_count)
     }
 
-    /// Noise of a reading, microtesla rms: 0.03, 0.02 and 0.015 at 50, 100 and 200 (table 3-1), falling with
-    /// the square root between.
+    /// Noise of a reading, microtesla rms: 0.03, 0.02 and 0.015 at 50, 100 and 200 cycles (table 3-1), falling with
+    /// the square root of the cycle count.
     #[must_use]
     pub fn noise_ut(&self) -> f32 {
         0.015 * libm::sqrtf(200.0 / f32::from(self.cycle_count))
@@ -97,7 +97,7 @@ impl Rm3100Settings {
         };
         let axis_us = self.axis_us();
         let period_us = if 3 * axis_us > timer_us { 3 * axis_us } else { timer_us };
-        // X, then Y, then Z; each reads the mean over its turn, and all come out after the third.
+        // The part measures X, then Y, then Z, each as the mean over its conversion; all come out after the third.
         let axis_s = axis_us as f32 * 1e-6;
         PartData {
             name: "RM3100",
@@ -107,7 +107,7 @@ impl Rm3100Settings {
                 per_code: 1.0 / self.codes_per_ut(),
                 clip_code: (FULL_SCALE_UT * self.codes_per_ut()) as i32,
                 latency_s: [2.5 * axis_s, 1.5 * axis_s, 0.5 * axis_s],
-                // Readings are independent: their noise spreads over half the rate.
+                // Readings are independent: their noise spreads over half the output rate.
                 noise_density: Some(self.noise_ut() * libm::sqrtf(2e-6 * period_us as f32)),
             }],
             temperature: None,
@@ -122,7 +122,7 @@ impl Rm3100Settings {
 }
 
 impl Default for Rm3100Settings {
-    /// Settings with the part's default cycle count, 200, as often as three axes allow: 146 Hz.
+    /// Settings with the part's default cycle count, 200, at the highest rate that three axes allow: 146 Hz.
     fn default() -> Self {
         Self { cycle_count: 200, rate: Rm3100Rate::Hz150 }
     }

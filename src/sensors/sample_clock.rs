@@ -1,4 +1,4 @@
-//! Sample clock: times of a part's frames, from the times at which it is read.
+//! Sample clock: times of a part's frames, from the times at which the part is read.
 
 /// Meaning of the time at which a source is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -11,21 +11,21 @@ pub enum Trigger {
     Polled,
 }
 
-/// Bits of the clock's fraction: its unit is a 256th of a microsecond.
+/// Fractional bits of the clock's times: their unit is a 256th of a microsecond.
 const FRACTION: u32 = 8;
-/// Shift of the phase's correction by an interrupt, per burst.
+/// Right shift of the phase's correction by an interrupt: an eighth per burst.
 const PHASE_GAIN: u32 = 3;
-/// Part of the period within which a prompt interrupt is served.
+/// Divisor of the period: an interrupt served within a quarter of it is prompt.
 const PROMPT: i64 = 4;
-/// Frames over which the period is measured, again and again.
+/// Frames after which the measurement of the period starts again.
 const COUNTED: i64 = 1_024;
 
 /// Clock of frames that a part's own oscillator paces, from their number and the times at which they were
 /// taken.
 ///
-/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and
-/// the bounds are carried on: a stamp is the middle of their overlap, within a period of the truth and
-/// usually much closer. With an interrupt the clock follows it, smoothed over eight bursts.
+/// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and the bounds
+/// of earlier bursts are carried on: a stamp is the middle of their overlap, within a period of the truth and usually
+/// much closer. With an interrupt the clock follows the interrupt's times, smoothed over eight bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
     nominal: i64,
@@ -38,11 +38,11 @@ pub(super) struct SampleClock {
     anchor: Option<i64>,
     counted: i64,
     newest: Option<Newest>,
-    /// Frames known and not yet taken out.
+    /// Frames known to be in the part and not yet taken out.
     pending: i64,
     /// True if frames may have been lost since the last burst.
     lossy: bool,
-    /// Time at which the part was last asked; a new frame came after it.
+    /// Time of the last poll of the part; any new frame came after it.
     asked: Option<i64>,
 }
 
@@ -50,22 +50,22 @@ pub(super) struct SampleClock {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Newest {
     t: i64,
-    /// Largest error of that time.
+    /// Largest error of `t`.
     doubt: i64,
-    /// Time at which it became known; `None` if frames may be missing since.
+    /// Time at which the frame became known; `None` if frames may be missing since.
     seen: Option<i64>,
 }
 
 /// Times of a burst's frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stamps {
-    /// Number of frames up to the newest in the part, and of those that are new.
+    /// Number of frames taken out or left in the part, and of those that are new in this burst.
     known: i64,
     new: i64,
     newest: i64,
     /// Interval between new frames.
     step: i64,
-    /// Newest frame of the burst before.
+    /// Time of the newest frame of the burst before.
     before: i64,
     period: i64,
     /// Frames that the part must have put out and that never came.
@@ -104,14 +104,15 @@ impl SampleClock {
         }
     }
 
-    /// Notes that frames may be missing; those that are not remain in step with those before.
+    /// Notes that frames may be missing; those that come are in phase with the frames before.
     pub fn interrupt(&mut self) {
         self.pending = 0;
         self.anchor = None;
         self.lossy = true;
     }
 
-    /// Notes a new start of the part: the next burst's newest frame is of the time at which it is taken.
+    /// Notes a new start of the part: the phase is lost, and the next burst's newest frame gets the time at which it
+    /// is taken.
     pub fn resynchronise(&mut self) {
         self.interrupt();
         if let Some(newest) = &mut self.newest {
@@ -145,13 +146,13 @@ impl SampleClock {
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let (mut lost, newest) = match self.newest {
-            // These are the rest of what was left before.
+            // All these frames were known before: the part held them after an earlier burst.
             Some(newest) if new <= 0 && newest.seen.is_some() => (0, newest),
             Some(Newest { t, doubt, seen: Some(_) }) => {
                 self.follow_period(now, new);
                 let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
                 if lost > 0 {
-                    // Frames may have been lost unseen before, so that the period is not what it seemed.
+                    // Earlier losses may have gone unnoticed, so that the measured period is wrong.
                     (self.period, self.doubt) = (self.nominal, self.tolerance);
                 }
                 (lost, newest)
@@ -188,7 +189,7 @@ impl SampleClock {
         }
     }
 
-    /// Newest frame, known only to be there now.
+    /// Time of the newest frame, known only to be in the part by `now`.
     fn taken_now(&self, now: i64) -> Newest {
         let doubt = match self.trigger {
             Trigger::Interrupt => 0,
@@ -197,44 +198,44 @@ impl SampleClock {
         Newest { t: now - doubt, doubt, seen: Some(now) }
     }
 
-    /// Newest frame, expected at `t` within a doubt, and the number missing before it.
+    /// Returns the number of frames lost before the newest, and the newest, expected at `t` within `doubt`.
     fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
         let (period, slack) = (self.period.max(1), self.slack());
         if self.lossy && doubt > period / PROMPT {
-            // After so long a time the phase is not known any more.
+            // The error has grown beyond a quarter of the period: the phase is unknown.
             let newest = self.taken_now(now);
             return (rounded(newest.t - t, period), newest);
         }
         let late = now - t - doubt;
         let lost = rounded(late, period).max(0);
-        // A later interrupt says only what a poll does: the newest frame is of the last period.
+        // An interrupt served late bounds the newest frame only as a poll does: to the last period.
         let prompt = (late - lost * period).abs() <= period / PROMPT;
         if self.trigger == Trigger::Interrupt && prompt {
             let t = t + lost * period;
-            // While the period is uncertain the interrupt is better.
+            // While the period is uncertain the interrupt's time is better.
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
             return (lost, Newest { t, doubt: 0, seen: Some(now) });
         }
         let (earliest, latest) = (self.earliest(now) - slack, now + slack);
         let lost = if self.lossy {
-            // The expected time that lies within the last period; fewer frames than there seemed to be where
-            // some that were read were none.
+            // Whole periods that bring the expected time into the last period; negative, for fewer frames than there
+            // seemed to be, if some that were read were not real.
             (latest - t).div_euclid(period)
         } else {
             let missing = earliest - (t + doubt);
             let lost = if missing > 0 { 1 + missing / period } else { 0 };
-            // If there was no time for one frame more, the bounds are a little too narrow.
+            // If there was no time for the last of them, it was not lost: the bounds are a little too narrow.
             if lost > 0 && t + lost * period - doubt > latest { lost - 1 } else { lost }
         };
         let t = t + lost * period;
         let least = if t - doubt > earliest { t - doubt } else { earliest };
         let most = if t + doubt < latest { t + doubt } else { latest };
-        // More frames than there was time for: the newest is of now.
+        // More frames came than there was time for: the newest gets the latest possible time.
         let least = if least > most { most } else { least };
         (lost, Newest { t: (least + most) / 2, doubt: (most - least) / 2, seen: Some(now) })
     }
 
-    /// Earliest time of the newest of the frames that came since the part was last asked.
+    /// Earliest possible time of the newest frame: the last poll, or a period ago if that is later.
     fn earliest(&self, now: i64) -> i64 {
         let a_period_ago = now - self.period;
         self.asked.map_or(a_period_ago, |asked| asked.max(a_period_ago))
@@ -245,7 +246,7 @@ impl SampleClock {
         self.period >> 4
     }
 
-    /// Measures the period: `n` of them span the time between two bursts, to a period.
+    /// Measures the period: the time since the anchor over the frames counted, exact to one period in all.
     fn follow_period(&mut self, now: i64, new: i64) {
         let Some(anchor) = self.anchor else { return };
         self.counted += new;
@@ -265,7 +266,7 @@ impl SampleClock {
         }
         if self.counted >= COUNTED {
             (self.anchor, self.counted) = (Some(now), 0);
-            // So that it is measured again within as many frames.
+            // Widen the doubt, so that the period is measured again within the next `COUNTED` frames.
             self.doubt = ends / (COUNTED / 2);
         }
     }

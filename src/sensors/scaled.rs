@@ -9,7 +9,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled<const V: usize> {
     pub(super) t_us: u64,
-    /// Vectors; `None` if the sensor did not read or is frozen.
+    /// Vector of each sensor, SI; `None` if the sensor did not read, is frozen or is not believed.
     pub(super) vectors: [Option<[f32; 3]>; V],
     pub(super) clipped: [bool; V],
     pub(super) temperature_c: Option<f32>,

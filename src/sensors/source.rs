@@ -1,4 +1,4 @@
-//! Sources: interfaces of what gives readings in bursts.
+//! Sources: interfaces that give the readings of a part in bursts.
 
 use heapless::VecView;
 
@@ -7,7 +7,7 @@ use crate::sensors::{Condition, Counters, InertialData, InertialReading, Magneti
 
 /// Source of a gyro and an accelerometer, read in bursts.
 #[bisync]
-#[allow(async_fn_in_trait)] // As in embedded-hal-async: whether a future is `Send` is its bus's matter.
+#[allow(async_fn_in_trait)] // As in embedded-hal-async: the bus decides if a future is `Send`.
 pub trait InertialSource {
     /// Error of the bus.
     type Error;

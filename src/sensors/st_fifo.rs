@@ -8,7 +8,7 @@ pub(super) const WORD: usize = 7;
 /// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;
 
-/// Bursts between readings of the thermometer, which puts out 52 (ISM330DHCX) or 60 (LSM6DSV320X) a second.
+/// Bursts between readings of the thermometer, which updates 52 (ISM330DHCX) or 60 (LSM6DSV320X) times a second.
 const BURSTS_PER_TEMPERATURE: u8 = 16;
 
 /// FIFO of ST's inertial modules, with gyro and accelerometer batched at one rate: pairs words into frames.
@@ -18,9 +18,9 @@ pub(super) struct StFifo {
     accel_tag: u8,
     /// True if bit 0 of a tag makes its parity even.
     has_parity: bool,
-    /// Frame whose second word is not out yet.
+    /// Frame of whose two words only the first has been read.
     open: Option<Open>,
-    /// Last code of the thermometer, which is slow and read now and then.
+    /// Last code of the thermometer, read in one of [`BURSTS_PER_TEMPERATURE`] bursts.
     temperature: Option<i32>,
     /// Bursts since the thermometer was read, modulo [`BURSTS_PER_TEMPERATURE`].
     bursts: u8,
@@ -29,7 +29,7 @@ pub(super) struct StFifo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Open {
     frame: Frame<2>,
-    /// Time slot of four in turn; `None` if its word was corrupt.
+    /// Time slot, 0 to 3, in the tag of the frame's first word; `None` if that word was corrupt.
     slot: Option<u8>,
 }
 
@@ -63,11 +63,11 @@ impl StFifo {
         self.open = None;
     }
 
-    /// Takes words out of `bytes`, after which `left` are still in the part.
+    /// Pairs the words in `bytes` into frames; `left` words are still in the part.
     pub fn take(&mut self, bytes: &[u8], mut left: u16, burst: &mut Burst<2>) {
         for word in bytes.as_chunks::<WORD>().0 {
             if word == &[0; WORD] {
-                // The FIFO was empty before its level said so.
+                // A word of zeros: the FIFO held fewer words than its level said.
                 burst.corrupt = burst.corrupt.saturating_add(1);
                 left = 0;
                 break;
@@ -86,7 +86,7 @@ impl StFifo {
         if slot.is_none() {
             burst.corrupt = burst.corrupt.saturating_add(1);
         }
-        // Words of different slots do not belong together: one was lost between them.
+        // Words of different slots do not belong together: a word was lost between them.
         let fits = |open: &Open| open.slot.is_none() || slot.is_none() || open.slot == slot;
         let first = match self.open.take() {
             Some(open) if fits(&open) => Some(open.frame),

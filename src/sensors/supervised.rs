@@ -17,7 +17,7 @@ use crate::sensors::{
 /// |---|---|
 /// | the bus fails | the burst is dropped; after five in a row the part is left alone for 10 ms, then started anew |
 /// | wrong identity, failed start | started anew after a pause that doubles from 10 ms to 5 s |
-/// | the part was reset | its settings are read back after each burst: the burst is dropped, the part started anew at once |
+/// | the part was reset | settings are read back after each burst: burst dropped, part started anew at once |
 /// | the FIFO ran over | what it holds is stamped from its newest frame back; what is lost is counted |
 /// | no frame for ten periods | started anew after a pause |
 /// | an output that does not change | the sensor is flagged missing until it moves again; started anew after a pause |
@@ -31,8 +31,8 @@ pub struct Supervised<P, const V: usize> {
 
 #[bisync]
 impl<P: Part<V>, const V: usize> Supervised<P, V> {
-    /// Wraps a part; touches no bus. `mounting` turns its axes into the body's; `trigger` is the meaning of
-    /// the time at which it is read.
+    /// Wraps a part; touches no bus. `mounting` turns the part's axes into the body's; `trigger` tells if the time
+    /// given to `read` is that of the part's interrupt.
     pub fn new(part: P, mounting: Mounting, trigger: Trigger) -> Self {
         let supervision = Supervision::new(part.data(), mounting, trigger);
         Self { part, supervision }
@@ -54,7 +54,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
             Next::Step(step) => self.step(now_us, step).await,
             Next::Read => {
                 let mut condition = Condition::Running;
-                // At most as many bursts as the FIFO holds, whatever it says is left.
+                // At most as many bursts as the FIFO holds, whatever number of frames the part says is left.
                 for _ in 0..=self.supervision.data.fifo_frames as usize / BURST_FRAMES {
                     if out.capacity() - out.len() < BURST_FRAMES {
                         break;
@@ -112,8 +112,8 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
         Ok((condition, burst.left))
     }
 
-    /// Checks the part's settings, twice if necessary: a bit flipped on the bus looks like a lost setting
-    /// only once.
+    /// Checks the part's settings, twice if necessary: a bit flipped on the bus shows a wrong setting in one reading
+    /// only.
     async fn is_configured(&mut self, now_us: u64) -> Result<bool, ReadError<P::Error>> {
         match self.part.is_configured().await {
             Ok(true) => return Ok(true),

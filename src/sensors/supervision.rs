@@ -1,4 +1,4 @@
-//! Supervision of a part without its bus: silence, freezing, doubt, restarts.
+//! Supervision of a part, without its bus: silence, frozen sensors, readings not believed, restarts.
 
 use crate::sensors::{
     Burst, Condition, Counters, Frame, Mounting, PartData, Scaled, StartError, Trigger,
@@ -11,10 +11,10 @@ use crate::sensors::{
 /// Periods without a frame after which the part is restarted.
 const SILENT_PERIODS: u32 = 10;
 
-/// Natural logarithm of the odds against chance at which a part that repeats itself on all axes of all
-/// sensors is not believed, by its sensors' usual steps. A sound part loses at most one reading in so many,
-/// whatever its noise, and hardly any in motion. Gyro and accelerometer: one in 1,000. Magnetometer, whose
-/// readings are fewer words and matter less: one in 50.
+/// Natural logarithm of the odds against chance at which a part that repeats the codes of all axes of all sensors is
+/// not believed; the odds follow from its sensors' usual steps. A sound part so loses at most one reading in 1,000
+/// (gyro and accelerometer) or in 50 (magnetometer, whose readings are fewer words and matter less), whatever its
+/// noise, and hardly any in motion.
 const REPEATED_INERTIAL: f32 = 6.9;
 const REPEATED_MAGNETIC: f32 = 3.9;
 
@@ -153,7 +153,8 @@ impl<const V: usize> Supervision<V> {
         early
     }
 
-    /// Scales frame `k` of a burst with its time, unless the part has not settled.
+    /// Stamps and scales frame `k` of a burst; `None` while the part settles, or if the time is not after the last
+    /// one's.
     fn believed(&mut self, k: usize, frame: &Frame<V>, stamps: &Stamps) -> Option<Scaled<V>> {
         let t_us = stamps.t_us(k)?;
         if self.last_t_us.is_some_and(|last| t_us <= last) {
@@ -163,7 +164,7 @@ impl<const V: usize> Supervision<V> {
         self.last_t_us = Some(t_us);
         if self.settling > 0 {
             self.settling -= 1;
-            // Meanwhile it is learnt what is usual.
+            // The dropped frames still teach the usual innovations.
             self.doubts(frame);
             return None;
         }
@@ -220,9 +221,9 @@ impl<const V: usize> Supervision<V> {
     }
 }
 
-/// Innovations always believed in one frame, SI, whether true or a flipped bit. Gyro: a turn of the attitude
-/// by 0.1 deg within a period, on all three axes together. Accelerometer and magnetometer: what the attitude
-/// filter takes for noise, or for a disturbance, of one frame.
+/// Innovations always believed in one frame, SI, whether motion or a flipped bit caused them. Gyro: a turn of the
+/// attitude by 0.1 deg within a period, on all three axes together. Accelerometer and magnetometer: an innovation
+/// that the attitude filter takes for noise, or for a disturbance, of one frame.
 fn sure_steps<const V: usize>(period_us: u32) -> [f32; V] {
     let gyro_rad_s = 0.1_f32.to_radians() / libm::sqrtf(3.0) * 1e6 / period_us as f32;
     let mut steps = [SURE_FIELD_UT; V];

@@ -20,7 +20,7 @@ fn lay_out(writer: &mut Writer<'_>, dose: &VibrationDose) {
     dose.shocks_over.iter().for_each(|count| writer.u32(*count));
 }
 
-/// Returns the dose of a payload; `None` for bytes that no dose can be.
+/// Returns the dose of a payload; `None` for bytes that do not encode a dose.
 fn decode(payload: &[u8]) -> Option<VibrationDose> {
     let mut reader = Reader(payload);
     let dose = VibrationDose {
@@ -35,11 +35,11 @@ fn decode(payload: &[u8]) -> Option<VibrationDose> {
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Begins to store a dose; [`ModelStore::step`] programs it piece by piece. The one before counts until it is
-    /// whole.
+    /// Begins to store a dose; [`ModelStore::step`] programs it piece by piece. The dose stored before counts until the
+    /// new one is whole.
     ///
     /// # Errors
-    /// Nothing is written: something is being written, or what room there is is kept for models.
+    /// `Busy`: another record is being written. `Full`: the room left is reserved for models. Nothing is written.
     #[inline(never)]
     pub fn begin_dose(&mut self, dose: &VibrationDose) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
@@ -50,7 +50,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let granules = encoded.ok_or(StorageError::Full)?;
         let place = self.take_room(granules, 1, granules_of::<F>() / 2).ok_or(StorageError::Full)?;
         self.index.last_number = number;
-        // Parts that wait for their model have the number before.
+        // Parts of the estimator's state that wait for their model have an earlier number: they are given up.
         self.learnt_number = None;
         self.begin_writing(Kind::DOSE, number, place, granules);
         Ok(())
@@ -64,7 +64,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             if let Some(header) = self.read_record(place) {
                 return header.payload(&self.buffer).filter(|_| header.version == VERSION).and_then(decode);
             }
-            // The one before counts again; each can rot once.
+            // The dose before counts again; each dose is dropped at most once.
             let before = self.index.dose;
             self.forget_rotten(place);
             if self.index.dose == before {

@@ -11,30 +11,30 @@ pub enum StorageError<E> {
     Flash(E),
     /// The flash cannot be used: the requirement that it misses.
     Geometry(&'static str),
-    /// No room is left that is erased already: prepare the storage as soon as the tool is not drilling.
+    /// No erased room is left: prepare the storage as soon as the tool is not drilling.
     Full,
-    /// A model is being written: step until it is done.
+    /// A record is being written: call `step` until it is done.
     Busy,
-    /// The filter went on while its state was being written; that state is not stored.
+    /// The estimator was updated while its state was being written; that state is not stored.
     FilterWentOn,
-    /// The model would not be restored.
+    /// The model would not be restored, so it is not stored.
     Implausible(Implausible),
-    /// The counter only rises.
+    /// The new number is not above the stored one, which only rises.
     CounterGoesBack {
-        /// Counter that is stored.
+        /// Number that is stored.
         stored: u64,
     },
     /// The flash does not hold the record that was written.
     NotVerified,
-    /// These bytes cannot be a key that was drawn at random.
+    /// The key's bytes cannot have been drawn at random.
     WeakKey,
-    /// It is there already, or the region is closed: it is written only once.
+    /// A factory's record of this kind is there already, or the region is closed: each kind is written only once.
     AlreadyProvisioned,
-    /// It is not there.
+    /// The factory's region holds no record of this kind.
     NotProvisioned,
-    /// These are not the image's next bytes.
+    /// The bytes written are not the image's next ones.
     NotTheNext {
-        /// Offset of the next ones.
+        /// Offset of the image's next bytes.
         expected: u32,
     },
 }

@@ -13,14 +13,14 @@ use crate::{
 };
 use embedded_storage::nor_flash::ReadNorFlash;
 
-/// Part of the region that is searched: room for all records and for several that were cut off.
+/// Granules of the region that are searched: room for all records and for several cut off by a loss of power.
 pub(super) const GRANULES: u16 = 64;
 
 /// Bytes of a key.
 pub const KEY_BYTES: usize = 32;
 
-/// Fewest different bytes in a key. Of 32 bytes that are drawn at random fewer differ once in 10^24 times (256 choose
-/// 11, times (11 / 256)^32); memory that nobody wrote, a counter or a repeated word has fewer.
+/// Fewest different byte values in a key. 32 random bytes have fewer once in 10^24 times (256 choose 11, times (11 /
+/// 256)^32); unwritten memory, a counter or a repeated word has fewer.
 const LEAST_DIFFERENT: usize = 12;
 
 /// Returns true if bytes can be a key that was drawn at random.
@@ -55,7 +55,7 @@ pub struct Mounting {
 }
 
 impl Mounting {
-    /// Returns true if surveys can be taken with it.
+    /// Returns true if surveys can be taken with this toolface offset.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let survey = SurveyConfig { toolface_offset_rad: self.toolface_offset_rad, ..SurveyConfig::default() };
@@ -102,7 +102,7 @@ pub struct FactoryRecords {
     pub calibration: Option<FactoryCalibration>,
     /// Mounting; `None` if none is whole and usable.
     pub mounting: Option<Mounting>,
-    /// Key; `None` if none was provisioned, and then no command that needs one is believed.
+    /// Key; `None` if none was provisioned, and then commands that need one are refused.
     pub key: Option<[u8; KEY_BYTES]>,
     /// Places where a record was cut off or has rotted.
     pub damaged: u32,
@@ -113,7 +113,7 @@ pub struct FactoryRecords {
 }
 
 impl FactoryRecords {
-    /// Reads the region, which this type cannot write.
+    /// Reads the factory's region; this type cannot write it.
     ///
     /// # Errors
     /// Nothing of the region can be read, or it is too small.
@@ -139,7 +139,7 @@ impl FactoryRecords {
         Ok(records)
     }
 
-    /// Returns what the region holds of a record's kind.
+    /// Returns the region's record of the same kind as `record`.
     #[must_use]
     pub fn of_kind(&self, record: &FactoryRecord) -> Option<FactoryRecord> {
         match record {

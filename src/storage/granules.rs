@@ -33,16 +33,16 @@ pub(super) struct Walked<E> {
     pub silent: Option<E>,
 }
 
-/// Reads, and once more if that fails: a wire that was disturbed is no word that is lost.
+/// Reads, and retries once: a disturbed transfer does not mean that the word in flash is lost.
 fn read<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &mut [u8]) -> Result<(), R::Error> {
     flash.read(address, bytes).or_else(|_| flash.read(address, bytes))
 }
 
 /// Walks over the records of the sector at `base`, in the granules from `first` to before `end`.
 ///
-/// A record begins at a header with a right check. Granules between two records are a record that was cut off or has
-/// rotted. So is a granule that cannot be read: flash with error correction gives an error for a word that was torn
-/// (STM32H7, STM32G4: a double ECC error).
+/// A record begins at a valid header, and its check holds. Granules that are neither blank nor in such a record are
+/// damage: a record that was cut off or has rotted. So is a granule that cannot be read: flash with error correction
+/// gives an error for a word that was torn (STM32H7, STM32G4: a double ECC error).
 #[inline(never)]
 pub(super) fn walk<R: ReadNorFlash>(
     flash: &mut R,
@@ -96,7 +96,7 @@ pub(super) fn walk<R: ReadNorFlash>(
     walked
 }
 
-/// Returns true if so many granules are erased; one that cannot be read is not.
+/// Returns true if this many granules are erased; a granule that cannot be read counts as not erased.
 pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16) -> bool {
     (0..granules).all(|granule| {
         let mut bytes = [0; GRANULE];
@@ -104,7 +104,7 @@ pub(super) fn is_blank<R: ReadNorFlash>(flash: &mut R, base: u32, granules: u16)
     })
 }
 
-/// Returns true if the flash reads as these whole granules.
+/// Returns true if the flash holds these bytes, a whole number of granules.
 #[inline(never)]
 pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) -> bool {
     (0..).zip(bytes.chunks(GRANULE)).all(|(k, expected)| {
@@ -113,7 +113,7 @@ pub(super) fn holds<R: ReadNorFlash>(flash: &mut R, address: u32, bytes: &[u8]) 
     })
 }
 
-/// Reads the record at an address into the buffer; `None` without a whole one.
+/// Reads the record at an address into the buffer; `None` if no whole record is there.
 #[inline(never)]
 pub(super) fn read_record<R: ReadNorFlash>(
     flash: &mut R,

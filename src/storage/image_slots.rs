@@ -1,10 +1,10 @@
 //! Two images of the program in flash, for an update in the field: the new one is received beside the one that runs, is
-//! started once on trial, and stays only if it says that it is well.
+//! started once on trial, and stays only if it confirms that it runs well.
 //!
 //! A slot is half of the region. Its last 512 bytes hold marks, each a record of its own that is written once: what the
-//! image is (number, length, digest), that it was started on trial, that it is well. An image counts when its mark is
-//! whole and its bytes have the digest, BLAKE2s-256 (RFC 7693); the mark is written last and erased first, so that no
-//! cut leaves one on other bytes.
+//! image is (number, length, digest), that it was started on trial, that it was confirmed. An image counts when its
+//! mark is whole and its bytes have the digest, BLAKE2s-256 (RFC 7693); the mark is written last and erased first, so
+//! that no loss of power leaves a mark beside bytes that it does not describe.
 //!
 //! | who | calls |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | loader, at every start | [`ImageSlots::choose`], and jumps |
 //! | new program, when it has run well for a while | [`ImageSlots::confirm`] |
 //!
-//! Whoever calls decides who may: the digest has to come from somebody who has the key.
+//! The caller decides who may update: the digest has to come from a sender that has the key.
 
 use super::{
     StorageError,
@@ -33,7 +33,7 @@ const IMAGE: u32 = 0;
 const TRIAL: core::ops::Range<u32> = 2..6;
 const CONFIRMED: core::ops::Range<u32> = 6..10;
 
-/// One of the two places.
+/// One of the two places for an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Slot {
@@ -44,10 +44,10 @@ pub enum Slot {
 }
 
 impl Slot {
-    /// Both.
+    /// Both slots.
     pub const BOTH: [Self; 2] = [Self::First, Self::Second];
 
-    /// The one beside it.
+    /// The other slot.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -61,11 +61,11 @@ impl Slot {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct Image {
-    /// Number that rises from image to image: an older one is not taken.
+    /// Number that rises from image to image: one that is not above the stored ones is refused.
     pub number: u32,
     /// Length, bytes.
     pub length: u32,
-    /// BLAKE2s-256 of these bytes.
+    /// BLAKE2s-256 of the image's bytes.
     pub digest: [u8; DIGEST_BYTES],
 }
 
@@ -73,16 +73,16 @@ pub struct Image {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Start {
-    /// It has run well.
+    /// Slot of an image that has run well.
     Confirmed(Slot),
-    /// It is started for the first time: unless it is confirmed, the next start takes the other.
+    /// Slot of an image that is started for the first time: unless confirmed, the next start takes the other slot.
     Trial(Slot),
-    /// It was never confirmed, and there is no other.
+    /// Slot of an image that was never confirmed; no confirmed one is there.
     LastResort(Slot),
 }
 
 impl Start {
-    /// Its slot.
+    /// Slot of the image to be started.
     #[must_use]
     pub const fn slot(self) -> Slot {
         match self {
@@ -91,7 +91,7 @@ impl Start {
     }
 }
 
-/// Image on its way into a slot. It is gone with the power: the sender begins anew.
+/// Image being received into a slot. After a loss of power the sender begins anew.
 #[derive(Debug)]
 pub struct Receiving {
     slot: Slot,
@@ -127,7 +127,7 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Takes the region; nothing is read or written yet.
     ///
     /// # Errors
-    /// It cannot be halved into whole sectors with room for marks.
+    /// The region cannot be halved into whole sectors with room for marks.
     pub fn new(flash: F) -> Result<Self, StorageError<F::Error>> {
         let half = flash.capacity() / 2;
         let fits = F::ERASE_SIZE.is_multiple_of(GRANULE) && half.is_multiple_of(F::ERASE_SIZE) && half <= 1 << 30;
@@ -155,8 +155,8 @@ impl<F: NorFlash> ImageSlots<F> {
         self.slot_bytes() - MARK_GRANULES * GRANULE as u32
     }
 
-    /// Decides which image is started. One that has not been tried is marked as tried before it is returned, and is not
-    /// started if that cannot be written. `None`: there is no whole image.
+    /// Decides which image is started. An untried image is marked as tried before it is returned, and is not tried if
+    /// the mark cannot be written. `None`: there is no whole image.
     #[inline(never)]
     pub fn choose(&mut self) -> Option<Start> {
         let held = Slot::BOTH.map(|slot| self.held(slot));
@@ -174,10 +174,10 @@ impl<F: NorFlash> ImageSlots<F> {
         newest(|_| true).map(|it| Start::LastResort(it.slot))
     }
 
-    /// Marks the image that runs as well. Does nothing if it is marked.
+    /// Marks the running image as confirmed. Does nothing if it is marked already.
     ///
     /// # Errors
-    /// The slot holds no whole image, or the flash failed: then it can be tried again, three times.
+    /// The slot holds no whole image, or the flash failed: then the call can be repeated, three times.
     pub fn confirm(&mut self, running: Slot) -> Result<(), StorageError<F::Error>> {
         let held = self.held(running).ok_or(StorageError::NotVerified)?;
         if held.is_confirmed { Ok(()) } else { self.mark(running, CONFIRMED, Kind::CONFIRMED) }
@@ -186,7 +186,7 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Begins to receive an image into the slot that does not run. Nothing is erased or written yet.
     ///
     /// # Errors
-    /// It is too long, or its number is not above those of the images that are there.
+    /// The image is empty or too long, or its number is not above those of the images that are there.
     pub fn begin(&mut self, running: Slot, image: Image) -> Result<Receiving, StorageError<F::Error>> {
         if image.length == 0 || image.length > self.longest() {
             return Err(StorageError::Full);
@@ -216,7 +216,8 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Writes the next bytes of the image and reads them back. All but the last are multiples of 32 bytes.
     ///
     /// # Errors
-    /// They are not the next ones, or too many; the slot is not erased; or the flash failed: the sender begins anew.
+    /// The bytes are not the next ones, or too many; the slot is not erased; or the flash failed: the sender begins
+    /// anew.
     #[inline(never)]
     pub fn write(
         &mut self,
@@ -273,7 +274,7 @@ impl<F: NorFlash> ImageSlots<F> {
     }
 
     fn slot_bytes(&self) -> u32 {
-        // At most 2^30, as `new` has seen.
+        // At most 2^30, as `new` has checked.
         (self.flash.capacity() / 2) as u32
     }
 
@@ -281,7 +282,7 @@ impl<F: NorFlash> ImageSlots<F> {
         self.address(slot) + self.longest() + granule * GRANULE as u32
     }
 
-    /// Content of a slot, if that is whole.
+    /// Returns the image and marks of a slot, if the image is whole.
     #[inline(never)]
     fn held(&mut self, slot: Slot) -> Option<Held> {
         let mut buffer = [0; MAX_RECORD];

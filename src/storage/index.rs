@@ -9,7 +9,7 @@ use super::{
     stored_model,
 };
 
-/// Number of models that are kept, of different temperatures.
+/// Largest number of models in the index, each of another temperature band.
 pub(super) const KEPT: usize = 8;
 
 /// Largest distance of two temperatures that count as the same, kelvin. Scale factors change by 0.03 % per kelvin
@@ -17,7 +17,7 @@ pub(super) const KEPT: usize = 8;
 /// they are known.
 pub(super) const BAND_K: f32 = 10.0;
 
-/// Model that is kept.
+/// Model in the index: the newest of its temperature band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slot {
     pub number: u32,
@@ -35,8 +35,8 @@ pub(super) struct Single {
 
 /// Value that only rises, and is written twice.
 ///
-/// A single copy may have been cut off: it reads whole, and a bit of it may not last. It counts, and the last value
-/// with two whole copies is kept until the new one has been written anew.
+/// A single copy may come from a write that was cut off: it reads whole, but a bit of it may not last. It counts, and
+/// the last value with two whole copies is kept until the new value has been written again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rising {
     latest: Option<Single>,
@@ -48,7 +48,7 @@ pub(super) struct Rising {
 impl Rising {
     const NONE: Self = Self { latest: None, settled: None, noted: None };
 
-    /// Notes a whole copy; of equal values the last sector counts.
+    /// Notes a whole copy of a value; for equal values the sector noted last counts.
     pub fn note(&mut self, value: u64, sector: u8) {
         let before = self.noted.filter(|noted| (noted.value, noted.sector) == (value, sector));
         let copies = before.map_or(1, |noted| noted.copies.saturating_add(1));
@@ -71,7 +71,8 @@ impl Rising {
         }
     }
 
-    /// Returns the value to be written anew before anything is erased or, with a sector, before that sector is.
+    /// Returns the value to be written again before anything is erased or, with a sector, before that sector is erased;
+    /// `None` if two copies of it stay.
     pub fn unsettled(&self, before_erasing: Option<u8>) -> Option<u64> {
         let latest = self.latest?;
         let settled = self.settled.filter(|settled| settled.value == latest.value);
@@ -79,7 +80,7 @@ impl Rising {
         (!stays).then_some(latest.value)
     }
 
-    /// Returns true if the same counts.
+    /// Returns true if the latest and the settled values are the same in both.
     fn says_the_same_as(&self, other: &Self) -> bool {
         let value = |single: Option<Single>| single.map(|single| single.value);
         value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
@@ -99,7 +100,7 @@ pub struct ScanCounts {
     pub malformed: u32,
     /// Models that may not fly.
     pub implausible: u32,
-    /// Number of the first of them, and the reason.
+    /// Number of the first implausible model, and the reason.
     pub first_implausible: Option<(u32, Implausible)>,
     /// Models that were found and retired.
     pub retired: u32,
@@ -191,7 +192,7 @@ impl Index {
         }
     }
 
-    /// Adds a model; the earlier one of its temperature goes, or the oldest when there are too many.
+    /// Adds a model in place of the earlier one of its temperature band or, when the index is full, of the oldest.
     pub fn keep(&mut self, number: u32, place: Place, temperature_c: Option<[f32; 2]>) {
         let new = Slot { number, place, temperature_c };
         let same_band = |slot: &&mut Option<Slot>| slot.is_some_and(|slot| slot.band() == new.band());
@@ -199,7 +200,7 @@ impl Index {
             Some(slot) => Some(slot),
             None => self.kept.iter_mut().min_by_key(|slot| slot.map_or(0, |slot| slot.number)),
         };
-        // The same number is a later copy.
+        // A record with an equal number is a later copy of the same model.
         if let Some(slot) = slot.filter(|slot| slot.is_none_or(|old| old.number <= number)) {
             *slot = Some(new);
         }
@@ -215,7 +216,7 @@ impl Index {
         }
     }
 
-    /// Returns true if all that counts in `other` is here, too.
+    /// Returns true if every record that counts in `other` counts here, too.
     pub fn holds_all_of(&self, other: &Self) -> bool {
         let held = |slot: &Slot| self.kept.iter().flatten().any(|own| own.number == slot.number);
         other.kept.iter().flatten().all(held)
@@ -224,9 +225,9 @@ impl Index {
             && self.dose.map(|(number, _)| number) == other.dose.map(|(number, _)| number)
     }
 
-    /// Returns the model for a temperature: the nearest, and of equally near ones the newest.
+    /// Returns the model for a temperature: the one with the nearest range, and of equally near ones the newest.
     pub fn nearest(&self, temperature_c: Option<f32>) -> Option<Slot> {
-        // A model of unknown temperature comes after all others, unless no temperature is known.
+        // A model of unknown temperature ranks below all others, unless no temperature is known.
         let rank = |slot: &Slot| {
             let bands = slot.distance_k(temperature_c).map_or(i16::MAX, |k| (k / BAND_K) as i16);
             (core::cmp::Reverse(bands), slot.number)
@@ -285,7 +286,7 @@ mod tests {
         let length = if cfg!(miri) { 3 } else { 6 };
         for mut order in 0..CHOICES.pow(length) {
             let (mut rising, mut highest, mut before) = (Rising::NONE, None, None);
-            // True once two copies of the highest value were noted one after another in one sector.
+            // True once two copies of the highest value were noted one after the other in one sector.
             let mut is_settled = false;
             for _ in 0..length {
                 let (value, sector) = (u64::from(order % 3), (order / 3 % 2) as u8);

@@ -1,5 +1,5 @@
-//! State of the filter in parts beside a model. The parts are written before the model, whose record makes them
-//! count; parts without their model, or not all there, count for nothing.
+//! State of the estimator's filter, stored in parts beside a model. The parts are written before the model, whose
+//! record makes them count; parts without their model, or with one missing, are ignored.
 
 use super::{
     ModelStore, StorageError,
@@ -15,7 +15,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 /// Version of the layout of these parts.
 pub(super) const VERSION: u8 = 1;
-/// Numbers in a part: 608 bytes, which with both heads is no more than the longest record.
+/// Numbers of the state in one part: 608 bytes, which with both headers is no more than the longest record.
 const IN_A_PART: usize = 152;
 /// Number of parts.
 pub(super) const PARTS: usize = NUMBERS.div_ceil(IN_A_PART);
@@ -32,9 +32,9 @@ type Places = [Place; PARTS];
 pub enum LearntProgress {
     /// Nothing is being written.
     Idle,
-    /// The filter is being updated; nothing was written, and [`Probe::poll`](crate::Probe::poll) brings it on.
+    /// The filter is being updated and nothing was written; [`Probe::poll`](crate::Probe::poll) finishes the update.
     Waiting,
-    /// More is to be programmed; the filter has to stay as it is.
+    /// More is to be programmed; do not call `Probe::poll`, so that the filter stays as it is.
     More,
     /// All parts are there, and [`ModelStore::begin_model`] makes them count.
     Whole,
@@ -63,8 +63,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// piece by piece.
     ///
     /// # Errors
-    /// Nothing is written: something is being written, or there is no room (counted), as always in sectors under 16
-    /// KiB. The model can then be begun at once, without it.
+    /// `Busy`: a record is being written. `Full` (counted): no room, which is always so in sectors under 16 KiB; the
+    /// model can then be begun at once, without the state. Nothing is written.
     pub fn begin_learnt(&mut self) -> Result<(), StorageError<F::Error>> {
         if self.is_writing() {
             return Err(StorageError::Busy);
@@ -84,8 +84,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Programs the next 32 bytes of the filter's state, which is `None` while it is updated.
     ///
     /// # Errors
-    /// The state will not be stored, and its model stands alone: the filter went on meanwhile, there is no room any
-    /// more, or the flash failed (counted).
+    /// The state is not stored, and the model will stand without it: the filter was updated meanwhile, no room is left,
+    /// or the flash failed (counted).
     #[inline(never)]
     pub fn step_learnt(&mut self, learnt: Option<Learnt<'_>>) -> Result<LearntProgress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing_learnt.take() else { return Ok(LearntProgress::Idle) };
@@ -220,8 +220,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Returns true if there is room for all parts that models do not need: while drilling at least one sector can be
-    /// begun, or the last one is not half full.
+    /// Returns true if all parts fit into room that models do not need: a sector can be begun while drilling, or half
+    /// of the last one stays free.
     fn has_room_for_parts(&self) -> bool {
         let kept = KEPT as u16 * (MAX_RECORD / GRANULE) as u16;
         // A sector has to take all that counts: models, parts, the mark and single values.

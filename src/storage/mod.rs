@@ -45,26 +45,26 @@
 //! million models.
 //!
 //! # Why a log of its own
-//! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read
-//! can start: half a second without a sample while drilling. Its queue never erases to push where it may not
-//! overwrite, but both skip what has rotted without counting it, and a page counts as erased when its first and last
-//! words read so, as they can after an erasure that was cut off. `ekv` erases as it compacts, too. Erasing kept
-//! apart, what is left of the problem is small: records that are only appended, each in whole 32-byte granules with a
-//! CRC-32C; copies that are the original to the bit; an erasure is believed by the mark that was written after it.
-//! The flash is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so
-//! there is nothing that a future could wait for. An external flash whose driver is asynchronous alone
-//! (`embedded-storage-async`) is not taken: a wrapper would have to spin until each future is ready, which is to
-//! block by another name. Take the driver's blocking side, or wrap it where blocking is yours to decide.
+//! `sequential-storage` 8 erases inside `store_item` as soon as a page is full, and inside its repair, which a read can
+//! start: half a second without a sample while drilling. Its queue never erases to push where it may not overwrite, but
+//! map and queue skip rotten records without counting them, and a page counts as erased when its first and last words
+//! read so, as they can after an erasure that was cut off. `ekv` erases as it compacts, too. Erasing kept apart, what
+//! is left of the problem is small: records that are only appended, each in whole 32-byte granules with a CRC-32C;
+//! copies that are the original to the bit; an erasure counts only with the mark that was written after it. The flash
+//! is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so there is nothing
+//! that a future could wait for. An external flash whose driver is asynchronous alone (`embedded-storage-async`) is not
+//! taken: a wrapper would have to spin until each future is ready, which is to block by another name. Take the driver's
+//! blocking side, or wrap it where blocking is yours to decide.
 //!
 //! # What a power cut leaves
-//! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before
-//! it still stands. A bit of the last word may read as 0 or 1 from then on, and the record be whole at one
-//! power-up and not at the next. So a counter, which is written twice, is written anew before anything is
-//! erased where only one copy is whole; and the last model that was found is copied before what it took the
-//! place of may be erased. What cannot be read, as torn words of flash with error correction, is damage like
-//! any other. A sector without its mark is erased again. What counts is copied before its sector is erased,
-//! and a copy is the same record. One ready sector is left alone while drilling, so that there is always room
-//! to copy to; when the room ends before that, a model is refused and counted.
+//! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before it still
+//! stands. A bit of the last word may read as 0 or 1 from then on, and the record be whole at one power-up and not at
+//! the next. So a counter, which is written twice, is written anew before anything is erased where only one copy is
+//! whole; and the last model that was found is copied before the model that it replaced may be erased. What cannot be
+//! read, as torn words of flash with error correction, is damage like any other. A sector without its mark is erased
+//! again. What counts is copied before its sector is erased, and a copy is the same record. One ready sector is left
+//! alone while drilling, so that there is always room to copy to; when the room ends before that, a model is refused
+//! and counted.
 
 mod dose_record;
 mod error;

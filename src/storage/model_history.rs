@@ -55,7 +55,7 @@ impl ModelHistory {
         temperature_c: Option<[f32; 2]>,
     ) {
         let flying = &mut self.flying;
-        // A bias that follows the temperature makes no other model.
+        // A change of the bias alone, as with temperature, does not make another model.
         let indices = |effects: &ActiveEffects| effects.iter().fold(1, |all, found| all << 4 | u64::from(found.index));
         if flying.gyro.p != gyro.p || indices(&flying.effects) != indices(effects) {
             self.previous = Some(*flying);
@@ -78,9 +78,9 @@ impl ModelHistory {
         }
     }
 
-    /// Returns the fit of a window, accepted or not. `None` if it is not the latest window that could judge, or
-    /// effects have changed since. Too little motion, sensors that cannot judge and an overrun leave a window that
-    /// could not, and the one before stands.
+    /// Returns the fit of a window, accepted or not. `None` if it is not the latest window that could judge, or effects
+    /// have changed since. A window with too little motion, with sensors that cannot judge or with an overrun could
+    /// not: the fit before it stays.
     #[must_use]
     pub fn proposed(&self, window_end_us: u64, effects: &ActiveEffects) -> Option<StoredModel> {
         let proposal = self.proposal.filter(|_| self.flying.effects == *effects);

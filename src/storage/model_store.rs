@@ -13,13 +13,13 @@ use super::{
 };
 use embedded_storage::nor_flash::NorFlash;
 
-/// Granules at the end of the room that models leave to counters: sixteen commands.
+/// Granules at the end of the room that models leave free for counters: two for each of sixteen commands.
 const FOR_COUNTERS: u16 = 32;
 
 /// Accepted models and the command counter, in a ring of equal sectors.
 ///
-/// `flash` is the ring alone: `SECTORS` sectors from address 0, three or more. Its erase size is the
-/// sector's; of pages under 8 KiB as many make a sector as take 16 KiB.
+/// `flash` is the ring alone: `SECTORS` sectors from address 0, three or more. A sector is one erase unit of the flash
+/// or, where that is under 8 KiB, as many as make 16 KiB.
 #[derive(Clone)]
 pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) flash: F,
@@ -30,7 +30,7 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) buffer: [u8; MAX_RECORD],
     writing: Option<Writing>,
     pub(super) writing_learnt: Option<WritingLearnt>,
-    /// Number of the filter's parts that are all there while their model is not.
+    /// Number of the filter's parts that are complete and wait for their model.
     pub(super) learnt_number: Option<u32>,
     /// Last record before the free room when the storage was opened: the power may have been cut in it.
     pub(super) last_found: Option<Place>,
@@ -59,7 +59,7 @@ pub struct StoreCounts {
     pub refused_full: u32,
     /// States of the filter, refused because models need the room.
     pub learnt_refused: u32,
-    /// Models refused because they would not be restored.
+    /// Models refused because they are outside the limits for restoring.
     pub refused_implausible: u32,
     /// Writes and erasures that failed, or did not read back.
     pub failed: u32,
@@ -89,7 +89,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Reads the flash; writes nothing.
     ///
     /// # Errors
-    /// The flash does not suit, or cannot be read.
+    /// The flash's geometry does not fit, or it cannot be read.
     #[inline(never)]
     pub fn open(flash: F, limits: Limits) -> Result<Self, StorageError<F::Error>> {
         let problem = if F::ERASE_SIZE > 1 << 20 || !F::ERASE_SIZE.is_multiple_of(GRANULE) || sector_bytes::<F>() == 0 {
@@ -124,7 +124,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Reads the states of the sectors. Returns the number of damaged places in them. Fails if nothing at all can be
-    /// read: a sector that says nothing must not be erased.
+    /// read: a flash that does not answer must not count as empty and be erased.
     #[inline(never)]
     fn read_sectors(&mut self) -> Result<u32, StorageError<F::Error>> {
         let (mut damaged, mut newest) = (0_u32, 0);
@@ -149,7 +149,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let state = match (sequence, records) {
                 (1.., 0) if walked.free == 1 => State::Ready,
                 (_, 1..) => State::Used,
-                // Nothing was ever completed in it.
+                // No record was ever completed in this sector.
                 _ => State::Unready,
             };
             *sector = Sector { state, sequence, erases, free: walked.free, pages: 0 };
@@ -213,7 +213,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             self.counts.refused_implausible = self.counts.refused_implausible.saturating_add(1);
             return Err(StorageError::Implausible(reason));
         }
-        // The number of its parts in the model makes them count.
+        // The model takes the number of its waiting parts, which makes them count.
         let number = self.learnt_number.take().unwrap_or_else(|| self.index.last_number.saturating_add(1));
         let encoded = encode(&mut self.buffer, Kind::MODEL, stored_model::VERSION, number, |w| model.encode(w));
         let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
@@ -253,7 +253,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Progress::Stored { number: writing.number })
     }
 
-    /// Stores a model at once, where nothing is sampled meanwhile. Returns its number.
+    /// Stores a model at once, for use while nothing is sampled. Returns the model's number.
     ///
     /// # Errors
     /// As [`ModelStore::begin_model`] and [`ModelStore::step`].
@@ -266,7 +266,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// Reads a record into the buffer; `None` without a whole one.
+    /// Reads a record into the buffer; `None` if no whole record is there.
     pub(super) fn read_record(&mut self, place: Place) -> Option<Header> {
         read_record(&mut self.flash, place.address::<F>(), &mut self.buffer)
     }
@@ -318,13 +318,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.index.counts
     }
 
-    /// Returns the counters since then.
+    /// Returns the counters since the storage was opened.
     #[must_use]
     pub const fn counts(&self) -> StoreCounts {
         self.counts
     }
 
-    /// Returns the erasures of each sector, of all its pages, without those in a mark that cannot be read.
+    /// Returns how often each sector, with all its pages, was erased, without erasures counted in a mark that cannot be
+    /// read.
     #[must_use]
     pub fn erases(&self) -> [u32; SECTORS] {
         self.sectors.map(|sector| sector.erases)

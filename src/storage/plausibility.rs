@@ -24,7 +24,7 @@ pub struct Limits {
     scale: f32,
     /// Limit of P's other elements, dimensionless.
     coupling: f32,
-    /// Limit of P b, rad/s.
+    /// Limit of the product P b, the bias at the output, rad/s.
     bias_rad_s: f32,
     library: &'static [&'static dyn Effect],
     pub(super) fingerprint: u32,
@@ -35,7 +35,7 @@ pub struct Limits {
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Implausible {
-    /// A number is infinite or not one, or P cannot be inverted.
+    /// A number is infinite or NaN, or P cannot be inverted.
     NotAModel,
     /// An element of P is too far from the factory's.
     P {
@@ -64,7 +64,7 @@ pub enum Implausible {
     },
     /// The temperatures are not a range, or no electronics works there.
     Temperature,
-    /// Its effects count in another library than this firmware's.
+    /// The model's effects are numbered in another library than this firmware's.
     OtherLibrary,
     /// An effect is not in the library, is there twice, or has an implausible parameter.
     Effect {
@@ -119,7 +119,7 @@ impl Limits {
         let of = |model: &GyroModel| model.p_matrix() * Vector3::from(model.b_rad_s);
         for (axis, off) in (0..3).zip((of(&model.gyro) - of(&self.factory)).iter()) {
             let off_rad_s = libm::fabsf(*off);
-            // The product of finite numbers need not be one.
+            // The product of finite numbers need not be finite.
             if off_rad_s > self.bias_rad_s || !off_rad_s.is_finite() {
                 return Err(Implausible::Bias { axis, off_rad_s, limit_rad_s: self.bias_rad_s });
             }

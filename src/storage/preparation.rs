@@ -47,8 +47,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        // A single copy that a cut left may not last. Without room to write it anew, the older values behind it are
-        // not erased.
+        // A single copy left by a loss of power may not last, so it is written again. Without room for that, the older
+        // values behind it are not erased.
         match self.rewrite_singles(None) {
             Ok(()) | Err(StorageError::Full) => {}
             Err(e) => return Err(e),
@@ -76,14 +76,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(Preparation::More)
     }
 
-    /// Returns true if the only sector in use is so full that it has to be rewritten, because sectors are bad and
-    /// none could be begun while drilling.
+    /// Returns true if the only sector in use is over three quarters full, so that it has to be rewritten: other
+    /// sectors are bad, and none could be begun while drilling.
     fn is_cramped(&self, number: u8) -> bool {
         let free = self.sectors.get(usize::from(number)).map_or(0, |sector| sector.free);
         self.ready() == 1 && u32::from(free) * 4 > u32::from(granules_of::<F>()) * 3
     }
 
-    /// Returns the first sector, in the order of erasure, that is in a state.
+    /// Returns the first sector, in the order of erasure, that has this state.
     fn first_of(&self, state: State) -> Option<u8> {
         let those = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == state);
         those.min_by_key(|(_, sector)| sector.sequence).map(|(number, _)| number)
@@ -107,7 +107,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if let Some(sector) = self.sectors.get_mut(usize::from(from)) {
             sector.free = granules_of::<F>();
         }
-        // Each one that turns out to have rotted brings back the one before it, once.
+        // A record that turns out to have rotted brings the one before it back into the index, which is then copied.
         for _ in 0..2 * KEPT {
             if self.copy_models(from)? && self.copy_dose(from)? {
                 break;
@@ -119,8 +119,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Copies the models that are kept in a sector, which is about to be erased, to the end of the log; and with them
-    /// the newest model that was found at the start. A power cut may have left a bit of it between 0 and 1, which will
-    /// not read the same for ever. Returns true if all were whole.
+    /// the newest model that was found when the storage was opened. A power cut may have left a bit of it between 0 and
+    /// 1, which will not read the same for ever. Returns true if all were whole.
     fn copy_models(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
         for k in 0..KEPT {
             let goes = |slot: &Slot| slot.place.sector == from || Some(slot.place) == self.last_found;
@@ -137,7 +137,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(true)
     }
 
-    /// Copies the dose in the same way. Returns true if it was whole.
+    /// Copies the dose in the same way as the models. Returns false if it has rotted.
     fn copy_dose(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
         let last_found = self.last_found;
         let goes = |place: &Place| place.sector == from || Some(*place) == last_found;
@@ -151,7 +151,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(true)
     }
 
-    /// Forgets a record that was whole when the storage was opened and is not any more: the one before it counts
+    /// Forgets a record that was whole when the storage was opened and is not any more: the record before it counts
     /// again.
     #[inline(never)]
     pub(super) fn forget_rotten(&mut self, place: Place) {
@@ -196,7 +196,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
     }
 
-    /// Returns a sector whose loss would lose nothing, the latest first.
+    /// Returns the latest sector that can be erased because all its records that count stand elsewhere, too.
     #[inline(never)]
     fn redundant(&mut self) -> Option<u8> {
         let (all, parts) = (self.scan(None), self.newest_parts(None).map(|(number, _)| number));
@@ -215,7 +215,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         None
     }
 
-    /// Gives up the models of a sector, which only a flash that has lost its marks can have; they are counted.
+    /// Erases a sector and gives up its models, which are counted. Only a flash that has lost its marks needs this.
     #[inline(never)]
     fn abandon(&mut self, number: u8) -> Result<(), StorageError<F::Error>> {
         self.erase(number)?;

@@ -1,7 +1,8 @@
 //! Provisioning: the factory's records are written once, and the region is closed with the key.
 //!
-//! A record that is there already is never written over. The same one again is no error: after a loss of power the
-//! factory repeats all that it meant to write, and what was cut off is written behind.
+//! A record that is there already is never written over. Writing the same record again succeeds and changes nothing:
+//! after a loss of power the factory repeats all its writes, and a record that was cut off is written behind its torn
+//! copy.
 
 use super::{
     FactoryRecord, FactoryRecords, StorageError, can_be_key,
@@ -26,8 +27,8 @@ impl<F: NorFlash> Provisioning<F> {
     /// Compares a record with what the region holds.
     ///
     /// # Errors
-    /// [`StorageError::NotProvisioned`]: it holds none of this kind; [`StorageError::AlreadyProvisioned`]: it holds
-    /// another. Or the flash failed.
+    /// [`StorageError::NotProvisioned`]: the region holds none of this kind; [`StorageError::AlreadyProvisioned`]: it
+    /// holds a different one. Or the flash failed.
     pub fn check(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
         match FactoryRecords::read(&mut self.region)?.of_kind(record) {
             Some(held) if held == *record => Ok(()),
@@ -36,11 +37,11 @@ impl<F: NorFlash> Provisioning<F> {
         }
     }
 
-    /// Writes a record and reads it back. Does nothing if it is there.
+    /// Writes a record and reads it back. Does nothing if the same record is there.
     ///
     /// # Errors
-    /// There is another of its kind or, with a key, the region is closed; it cannot be used; or the flash failed: then
-    /// it can be tried again.
+    /// A different record of its kind is there, or a key has closed the region; the record is invalid; or the flash
+    /// failed: then the write can be repeated.
     pub fn write(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
         match record {
             FactoryRecord::Key(key) if !can_be_key(&key.0) => return Err(StorageError::WeakKey),

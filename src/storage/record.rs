@@ -27,7 +27,7 @@ pub(super) struct Kind(pub u8);
 impl Kind {
     pub const MODEL: Self = Self(1);
     pub const COUNTER: Self = Self(2);
-    /// Retirement: no model before it is flown again.
+    /// Retirement: models up to the number in it are not flown again.
     pub const RETIREMENT: Self = Self(3);
     /// Mark: the first granule of a sector.
     pub const MARK: Self = Self(4);
@@ -64,7 +64,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Parses a header; `None` for bytes that are none.
+    /// Parses a header; `None` for bytes that are no header.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         let mut reader = Reader(bytes);
         let check = reader.u32()?;
@@ -79,7 +79,7 @@ impl Header {
     }
 
     pub fn granules(&self) -> u16 {
-        // It is at most `MAX_RECORD` bytes, or parsing would have failed.
+        // The length is at most `MAX_RECORD` bytes, or parsing would have failed.
         (self.bytes() / GRANULE) as u16
     }
 
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Step of the numbers that the next test goes through: all but under an interpreter.
+    /// Step through the numbers of the next test: every number, but fewer under the interpreter Miri.
     const STEP: usize = if cfg!(miri) { 1_021 } else { 1 };
 
     /// Every magic number, every kind and version, and every length with every number of bytes there.

@@ -14,9 +14,9 @@ use embedded_storage::nor_flash::NorFlash;
 /// Model to fly after power-up, and the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Restoration {
-    /// Model, or the reason for none.
+    /// Model to be restored, or the reason for none.
     pub outcome: Outcome,
-    /// Models to choose from, one for each temperature.
+    /// Number of models to choose from, one for each temperature band.
     pub choice: u8,
     /// Findings when the storage was opened.
     pub counts: ScanCounts,
@@ -35,18 +35,18 @@ pub enum Outcome {
     Chosen {
         /// Model for `Probe::restore`.
         model: StoredModel,
-        /// Its number: later models have higher ones.
+        /// Number of the model: later models have higher ones.
         number: u32,
-        /// Distance of its temperatures from the present one, kelvin; `None` if one is not known.
+        /// Distance of the present temperature from the model's range, kelvin; `None` if either is not known.
         distance_k: Option<f32>,
     },
     /// No model was ever stored here, or none that is whole.
     NothingStored,
     /// All stored models have been retired.
     AllRetired,
-    /// A later firmware wrote them.
+    /// The stored models have a layout that a later firmware wrote.
     FromTheFuture,
-    /// No model may fly: the reason of the first.
+    /// No stored model may fly: the reason for the first.
     Implausible(Implausible),
 }
 
@@ -95,8 +95,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(found.holds_all_of(&self.index) && self.index.holds_all_of(&found))
     }
 
-    /// Returns the newest model of a lower number that may fly, whatever its temperature. It is there until its
-    /// sector is erased.
+    /// Returns the newest model of a lower number that may fly, whatever its temperature. Such a model can be read
+    /// until its sector is erased.
     ///
     /// # Errors
     /// A model is being written.

@@ -15,7 +15,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Takes room for a record. A ready sector is begun only while more than `reserve` are ready, and the last sector
-    /// that may be begun is filled only up to `margin`.
+    /// that may be begun is filled only up to `margin` granules before its end.
     #[inline(never)]
     pub(super) fn take_room(&mut self, granules: u16, reserve: usize, margin: u16) -> Option<Place> {
         let may_begin = self.ready() > reserve;

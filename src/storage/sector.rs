@@ -13,13 +13,13 @@ use embedded_storage::nor_flash::NorFlash;
 /// State of a sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// It has to be erased before use: an erasure was cut off, or the flash has never been used.
+    /// The sector has to be erased before use: an erasure was cut off, or the flash has never been used.
     Unready,
-    /// Erased and marked as erased to the end.
+    /// The sector is erased, and marked as erased to the end.
     Ready,
-    /// It holds records.
+    /// The sector holds records.
     Used,
-    /// It does not erase.
+    /// The sector did not read blank after an erasure, or did not take its mark.
     Bad,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Sector {
     pub sequence: u32,
     /// Number of erasures, from the mark.
     pub erases: u32,
-    /// First granule of the blank ones at its end.
+    /// First granule of the blank ones at the sector's end.
     pub free: u16,
     /// Pages erased so far of an erasure under way.
     pub pages: u16,
@@ -40,15 +40,15 @@ pub(super) struct Sector {
 impl Sector {
     pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0, pages: 0 };
 
-    /// Reads the mark at its beginning. A sector that merely reads blank is not ready: an erasure that was cut off
-    /// can leave bits that read as erased and do not last.
+    /// Reads the mark at the sector's beginning: sequence number and erasures, or zeros. A sector that merely reads
+    /// blank is not ready: an erasure that was cut off can leave bits that read as erased and do not last.
     pub fn read_mark<F: NorFlash>(flash: &mut F, base: u32, buffer: &mut [u8; MAX_RECORD]) -> (u32, u32) {
         let mark = read_record(flash, base, buffer).filter(|header| header.kind == Kind::MARK);
         let erases = mark.and_then(|header| Reader(header.payload(buffer)?).u32());
         mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases))
     }
 
-    /// Erases its next page. After the last one marks it, or sets it to `Bad` if it is not blank then.
+    /// Erases the sector's next page. After the last page marks the sector, or sets it to `Bad` if it is not blank.
     pub fn erase_page<F: NorFlash>(
         &mut self,
         flash: &mut F,

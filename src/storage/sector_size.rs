@@ -3,8 +3,8 @@
 use super::record::GRANULE;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Size of sectors made of smaller pages, bytes: that of the STM32F4's, which take the models of every temperature
-/// and the filter's state.
+/// Size of sectors made of smaller pages, bytes: that of an STM32F4's sectors, which take the models of every
+/// temperature and the filter's state.
 const MADE_OF_PAGES: usize = 16 * 1024;
 /// Smallest page that is a sector of its own, bytes.
 const SMALLEST: usize = 8 * 1024;

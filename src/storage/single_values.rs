@@ -37,7 +37,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.retire_models_before(self.index.last_number.saturating_add(1))
     }
 
-    /// Retires the models of lower numbers alone.
+    /// Retires only the models with numbers below `number`.
     ///
     /// # Errors
     /// As [`ModelStore::retire_models`].
@@ -45,7 +45,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        // Parts without a model may have numbers in that range.
+        // Parts of the filter's state that wait for their model may have a number in that range: they are given up.
         self.learnt_number = None;
         let last = u64::from(number.saturating_sub(1));
         self.write_single(Kind::RETIREMENT, last, 1).or_else(|e| self.refused(e))?;
@@ -53,7 +53,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Counts values that had no room.
+    /// Counts a value that is refused for want of room.
     fn refused(&mut self, error: StorageError<F::Error>) -> Result<(), StorageError<F::Error>> {
         if matches!(error, StorageError::Full) { self.refuse_full() } else { Err(error) }
     }

@@ -1,4 +1,4 @@
-//! Decision whether the flown model is worth storing: only one that several windows have left as it is.
+//! Decision whether the flown model is worth storing: only one that several windows in succession have confirmed.
 
 use super::{StoreReason, StoredModel, fingerprint};
 use crate::{
@@ -16,19 +16,19 @@ pub const STABLE_WINDOWS: u8 = 3;
 const SAME_SIGMAS: f32 = 3.0;
 
 /// Least time between two models of a session, microseconds. A sector of 16 KiB takes some 80 models of the usual 160
-/// to 200 bytes, and half of two is free at least after power-up: that is 40 hours of drilling without a pause in
-/// which to erase.
+/// to 200 bytes, and after power-up at least half of two sectors is free: 40 hours of drilling without a pause in which
+/// to erase.
 pub const BETWEEN_STORES_US: u64 = 30 * 60 * 1_000_000;
 
 /// Gate that decides when the flown model is worth a record.
 ///
-/// It is worth one if P is not the factory's, [`STABLE_WINDOWS`] windows in succession have judged it and left it,
-/// and it differs from the last one stored: in P or an effect's parameter by more than its deviation, in its effects,
-/// or by 10 K.
+/// A model is worth a record if P is not the factory's, [`STABLE_WINDOWS`] windows in succession have confirmed P, and
+/// it differs from the last one stored: in P or an effect's parameter by more than its deviation, in its list of
+/// effects, or in temperature by 10 K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StabilityGate {
     factory_p: [[f32; 3]; 3],
-    /// P since the count began.
+    /// P that the present count of windows confirms.
     p: [[f32; 3]; 3],
     effects: ActiveEffects,
     /// Deviations of P, from the latest window that accepted it.
@@ -137,7 +137,7 @@ impl StabilityGate {
     }
 }
 
-/// Returns whether a window leaves the flown model as it is; `None` if it could not judge.
+/// Returns true if a window confirms the flown model, false if it contradicts it, `None` if it could not judge.
 pub(super) const fn agrees(decision: Decision) -> Option<bool> {
     match decision {
         Decision::Accepted => Some(true),

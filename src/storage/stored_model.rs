@@ -3,8 +3,7 @@
 use super::little_endian::{Reader, Writer};
 use crate::compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE};
 
-/// Version of the payload's layout that this firmware writes. It also reads the one before, which has two numbers
-/// more.
+/// Version of the payload's layout that this firmware writes. It also reads version 1, which has two numbers more.
 pub(super) const VERSION: u8 = 2;
 
 /// Model that flew and was worth keeping, as it stands in flash.
@@ -34,7 +33,7 @@ pub struct StoredModel {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StoreReason {
-    /// So many windows in succession left it as it is.
+    /// This many windows in succession confirmed the model.
     Stable {
         /// Number of windows.
         windows: u8,
@@ -71,7 +70,7 @@ impl StoredModel {
         writer.u8(self.effects.iter().count() as u8);
         for found in self.effects.iter() {
             let pairs = found.parameters.iter().zip(&found.sigma);
-            // The bits are compared: a negative zero is kept, too.
+            // The bits are compared, so that a negative zero is stored, too.
             let used = |(value, sigma): (&f32, &f32)| value.to_bits() | sigma.to_bits() != 0;
             let count = pairs.clone().rposition(used).map_or(0, |last| last + 1);
             writer.u8(found.index);
@@ -101,7 +100,7 @@ impl StoredModel {
             _ => return None,
         };
         if version == 1 {
-            // Number of the version before: how clearly the model was accepted.
+            // Two numbers of version 1, not used any more: how clearly the model was accepted.
             let _: [Option<f32>; 2] = [reader.optional()?, reader.optional()?];
         }
         let library = reader.u32()?;
@@ -146,7 +145,7 @@ mod tests {
         let length = writer.finish().unwrap();
         let payload = &buffer[..length];
         assert_eq!(StoredModel::decode(VERSION, payload), Some(model));
-        // The version before has two more numbers, before the library's name and the number of effects.
+        // Version 1 has two more numbers, before the library's fingerprint and the number of effects.
         let mut earlier = [0; 256];
         let (head, tail) = payload.split_at(length - 5);
         earlier[..head.len()].copy_from_slice(head);

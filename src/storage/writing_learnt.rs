@@ -7,10 +7,10 @@ use super::granules::Place;
 pub(super) struct WritingLearnt {
     /// Number of the model that is to follow.
     pub number: u32,
-    /// Update that the first part's numbers are of; those of another one do not belong to it.
+    /// Estimator's update from which the first part was written; numbers of another update do not fit to it.
     pub update: Option<u32>,
     pub part: u8,
-    /// Place of the part in the buffer, its granules, and those that are programmed.
+    /// Place of the part in the buffer, its number of granules, and how many of them are programmed.
     pub place: Place,
     pub granules: u16,
     pub done: u16,

@@ -1,10 +1,10 @@
 //! Axial interference at one station: the field along the tool axis from the reference instead of from the
 //! magnetometer that the drill string disturbs (short-collar correction).
 //!
-//! The axial magnetometer is not believed. Total field and dip of the reference say what the axial field is: the
+//! The axial magnetometer reading is not used. Total field and dip of the reference determine the axial field: the
 //! first in a circle about the transverse field, the second in a plane across gravity (ISCWSA, Introduction to wellbore
-//! positioning, appendix D6). Both are weighed by how well they are known at this attitude. Level to the east or west
-//! neither depends on the azimuth, and the correction is worse than the interference: its no-go zone.
+//! positioning, appendix D6). Both are weighted by their certainty at this attitude. In a level hole to the east or
+//! west neither of them depends on the azimuth, and the correction is worse than the interference: its no-go zone.
 
 use super::{
     Uncertain,
@@ -15,12 +15,12 @@ use crate::{attitude::positive_angle, config::SurveyErrors};
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-/// Steps of Gauss and Newton at most.
+/// Largest number of Gauss-Newton steps.
 const STEPS: usize = 20;
-/// Change of the axial field at which they end, microtesla: a tenth of a nanotesla.
+/// Step of the axial field below which the iteration ends, microtesla: a tenth of a nanotesla.
 const LAST_STEP_UT: f32 = 1e-4;
-/// Last step, microtesla, from which on the axial field counts as not determined: where total field and dip hardly
-/// change with it, the steps go to and fro without an end.
+/// Size of the last step from which the axial field counts as not determined, microtesla: where total field and dip
+/// hardly change with it, the steps alternate without converging.
 const FLAT_UT: f32 = 0.01;
 /// Largest axial interference that is looked for, microtesla.
 const LARGEST_UT: f32 = 20.0;
@@ -42,7 +42,7 @@ pub struct AxialCorrection {
     pub eastward: f32,
 }
 
-/// Variances of what an azimuth is computed from.
+/// Variances of the readings and references that an azimuth is computed from.
 struct Variances {
     force: Vector3<f32>,
     field: Vector3<f32>,

@@ -16,8 +16,8 @@ pub struct BurstSample {
 
 const NO_SAMPLE: BurstSample = BurstSample { t_us: 0, accel_m_s2: [0.0; 3], axial_rate_rad_s: 0.0 };
 
-/// Recorder of the `N` successive samples whose raw acceleration varied most since the start. `N` is the sample rate
-/// for a second. It takes 48 bytes of RAM for each sample.
+/// Recorder of the `N` successive samples whose raw acceleration varied most since the start. For a burst of one second
+/// `N` is the sample rate in hertz. It takes 48 bytes of RAM for each sample.
 ///
 /// ```
 /// # use meerkat_mwd::survey::{BurstRecorder, SurveyInput};
@@ -59,7 +59,8 @@ impl<const N: usize> BurstRecorder<N> {
         }
     }
 
-    /// Takes a sample. Four times in `N` samples the latest `N` are compared with the worst, and may be copied.
+    /// Takes a sample. Four times in `N` samples the latest `N` are compared with the worst burst, and copied if they
+    /// vary more.
     pub fn push(&mut self, input: &SurveyInput) {
         let input = input.sanitised();
         let Some(place) = self.latest.get_mut(self.next) else { return };
@@ -90,7 +91,7 @@ impl<const N: usize> BurstRecorder<N> {
         earlier.iter().chain(later).take(there)
     }
 
-    /// Root mean square by which the raw acceleration of the worst burst varied about its mean, m/s^2.
+    /// Root mean square of the worst burst's raw acceleration about its mean, m/s^2.
     #[must_use]
     pub fn worst_rms_m_s2(&self) -> Option<f32> {
         self.is_there.then(|| libm::sqrtf(self.worst_variance))
@@ -103,7 +104,7 @@ impl<const N: usize> Default for BurstRecorder<N> {
     }
 }
 
-/// Sum of the axes' variances.
+/// Sum of the acceleration's variances on the three axes, (m/s^2)^2.
 fn variance(samples: &[BurstSample]) -> f32 {
     let share = 1.0 / samples.len() as f32;
     let mut mean = [0.0; 3];

@@ -13,10 +13,10 @@ use crate::{
 use core::f32::consts::{PI, TAU};
 use nalgebra::{Quaternion, Vector3};
 
-/// Smoothing of totals and dip, seconds: over the periods of vibration, and as fast as an eye reads.
+/// Time constant that smooths |G|, |B| and dip, seconds: over the periods of vibration, and as fast as an eye reads.
 const SMOOTHING_S: f32 = 1.0;
 
-/// Latest attitude, with smoothed totals and dip.
+/// Latest attitude, with smoothed |G|, |B| and dip.
 pub(crate) struct Continuous {
     last: Option<(u64, Attitude)>,
     gravity: Smooth,
@@ -150,7 +150,7 @@ impl Smooth {
             *self = Self { mean: x, variance: 0.0, age_s: 0.0 };
             return;
         }
-        // Until one time constant has passed, this is the mean of all values.
+        // Until one time constant has passed, `mean` is the mean of all values.
         self.age_s += if self.age_s < SMOOTHING_S { step_s } else { 0.0 };
         let k = if self.age_s + step_s > 0.0 { step_s / (self.age_s + step_s) } else { 0.5 };
         let d = x - self.mean;
@@ -162,7 +162,7 @@ impl Smooth {
         (self.age_s >= 0.0).then_some(self.mean)
     }
 
-    /// Returns the mean with the scatter of single readings and a variance of the sensors.
+    /// Returns the mean; its sigma combines the scatter of single readings with the sensors' `variance`.
     fn uncertain(&self, variance: f32) -> Option<Uncertain> {
         self.value().map(|value| Uncertain { value, sigma: libm::sqrtf(self.variance + variance) })
     }

@@ -5,10 +5,10 @@ use super::{
     sliding_toolface::SlidingMean,
 };
 
-/// Windows from one report of the dose to the next: five minutes by default.
+/// Dynamics windows from one report of the dose to the next: five minutes by default.
 const DOSE_WINDOWS: u8 = 10;
 
-/// The watch, with its latest results.
+/// Watch of the drilling, with its latest results.
 pub(super) struct DrillingWatch {
     dynamics: DynamicsWindow,
     sliding: SlidingMean,
@@ -50,7 +50,7 @@ impl DrillingWatch {
                 news.insert(SurveyNews::DOSE);
             }
         }
-        // Nothing slides that rotates, so that this survey is the one of a tool that does not.
+        // A mean completes only while the tool does not rotate, so that this continuous survey is of a sliding tool.
         if self.sliding.push(input, surveys.is_rotating(), surveys.toolface())
             && let Some(survey) = surveys.continuous()
             && let Some(toolface) = self.sliding.take(&survey, (earth.declination_rad.unwrap_or(0.0), config))

@@ -15,7 +15,7 @@ use nalgebra::{Quaternion, Vector3};
 /// Ratios to [`DynamicsConfig::shock_m_s2`] of the higher levels of shocks: 25, 50 and 100 g by default.
 pub const SHOCK_LEVELS: [f32; 3] = [2.5, 5.0, 10.0];
 
-/// Vibration, shocks and rotation of one window. [`severity`](super::severity) has levels of them.
+/// Vibration, shocks and rotation of one window. [`severity`](super::severity) grades them in levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrillingDynamics {
@@ -30,8 +30,8 @@ pub struct DrillingDynamics {
     pub lateral_rms_m_s2: Option<f32>,
     /// Largest vibration, m/s^2; a lower bound if `clipped` is not 0.
     pub peak_m_s2: Option<f32>,
-    /// Number of shocks: vibration beyond the configured level, or a clipped accelerometer, until it has been
-    /// quiet.
+    /// Number of shocks: vibration beyond the configured level, or a clipped accelerometer, counted once until
+    /// vibration has been quiet for the configured pause.
     pub shocks: u32,
     /// Number of samples with a clipped accelerometer.
     pub clipped: u32,
@@ -41,8 +41,8 @@ pub struct DrillingDynamics {
     pub axial_peak_m_s2: Option<f32>,
     /// Largest vibration across the tool axis, m/s^2; a lower bound if `clipped` is not 0.
     pub lateral_peak_m_s2: Option<f32>,
-    /// Number of the shocks that reached each of [`SHOCK_LEVELS`]. A shock beyond the accelerometer's range counts at
-    /// the levels that it can show.
+    /// Number of the shocks that reached each of [`SHOCK_LEVELS`]. A shock beyond the accelerometer's range counts only
+    /// at the levels within that range.
     pub shocks_over: [u32; 3],
     /// Turning of lateral vibration; `None` without readings.
     pub whirl: Option<Whirl>,
@@ -63,7 +63,7 @@ pub struct Rotation {
     pub stick_slip_index: Option<f32>,
 }
 
-/// Gatherer of one window after another, without overlap.
+/// Sums of the window in progress; windows do not overlap.
 pub(crate) struct DynamicsWindow {
     start_us: Option<u64>,
     last_us: u64,
@@ -78,7 +78,7 @@ pub(crate) struct DynamicsWindow {
     clipped: u32,
     /// Time since vibration fell below half the level; `None` outside a shock.
     shock_quiet_s: Option<f32>,
-    /// Number of higher levels that this shock has reached.
+    /// Number of [`SHOCK_LEVELS`] that this shock has reached.
     shock_reached: u8,
     rates: RateSpread,
     whirl: WhirlSums,
@@ -218,7 +218,7 @@ impl RateSpread {
 
     fn add(&mut self, rate_rad_s: f32, step_s: f32, averaging_s: f32) {
         if step_s > averaging_s {
-            // Rates on the two sides of a gap make no average.
+            // Rates on the two sides of a gap are not averaged.
             (self.angle_rad, self.time_s) = (0.0, 0.0);
             return;
         }

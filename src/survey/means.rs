@@ -1,5 +1,5 @@
-//! Means in single precision over many samples, without loss: compensated sums of differences from the first
-//! value.
+//! Means in single precision over many samples, without loss of precision: compensated sums of differences from the
+//! first value.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -35,8 +35,8 @@ impl BlockMean {
     }
 }
 
-/// Mean of block means, with its covariance from their scatter, which judges noise correlated within a block
-/// rightly.
+/// Mean of block means, with its covariance from their scatter, which is right also for noise that is correlated within
+/// a block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeanOfBlocks {
     first: Vector3<f32>,
@@ -55,7 +55,7 @@ impl MeanOfBlocks {
         }
     }
 
-    /// Mean of the first block; zero before there is one.
+    /// Mean of the first block; zero before the first block.
     pub(crate) const fn first(&self) -> &Vector3<f32> {
         &self.first
     }

@@ -31,7 +31,7 @@ pub enum Checked {
     Dip,
 }
 
-/// One comparison, in the unit of what is [`Checked`].
+/// One comparison, in the unit of the [`Checked`] quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Check {

@@ -17,13 +17,13 @@ pub struct SixAxisAverages {
     pub samples: u32,
     /// Raw accelerometer, m/s^2.
     pub raw_accel_m_s2: [f32; 3],
-    /// Raw magnetometer, microtesla; `None` if it did not read throughout.
+    /// Raw magnetometer, microtesla; `None` if readings were missing for long.
     pub raw_mag_ut: Option<[f32; 3]>,
     /// Calibrated specific force, m/s^2.
     pub force_m_s2: [f32; 3],
-    /// Calibrated field, microtesla; `None` if it was not usable throughout.
+    /// Calibrated field, microtesla; `None` if it was not usable for long.
     pub field_ut: Option<[f32; 3]>,
-    /// Compensated body rate, rad/s: the rest of the gyro's bias and, unless taken out, the earth's rotation.
+    /// Compensated body rate, rad/s: residual bias of the gyro and, unless taken out, the earth's rotation.
     pub rate_rad_s: [f32; 3],
 }
 
@@ -33,10 +33,10 @@ pub struct SixAxisAverages {
 pub struct SurveyReport {
     /// The survey.
     pub survey: Survey,
-    /// Quality: the totals against their references.
+    /// Quality: |G|, |B| and dip against their references.
     pub quality: Quality,
-    /// Mean readings. For a rotating survey those across the axis are in the frame that does not turn, and
-    /// raw means are zero.
+    /// Mean readings. For a rotating survey the components across the axis are in the frame that does not turn, and raw
+    /// means are zero.
     pub averages: SixAxisAverages,
 }
 

@@ -1,11 +1,10 @@
-//! Rotating survey: one from means over whole turns.
+//! Rotating survey: a survey from mean readings over whole turns.
 //!
-//! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by
-//! the angle of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor
-//! off the axis, cancel even where the speed varies; gravity and field do not turn and stay. (Azimuth from a
-//! turning string is old: see US 5,012,412, Helm.) The gyro's remaining bias turns both vectors alike and
-//! moves neither inclination nor azimuth; the magnetometer's delay against the accelerometer turns the
-//! azimuth.
+//! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by the angle
+//! of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, cancel
+//! even where the speed varies; gravity and field do not turn and stay. (Azimuth from a turning string is old: see US
+//! 5,012,412, Helm.) The gyro's remaining bias turns force and field alike and moves neither inclination nor azimuth;
+//! the magnetometer's delay against the accelerometer turns the azimuth.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -22,12 +21,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Smoothing of the axial rate that decides on rotation, seconds: a stuck string still counts as rotating for
 /// some seconds.
 const SMOOTHING_S: f32 = 2.0;
-/// Largest turn between two samples in use, radians: straight lines bridge the readings between them.
+/// Largest turn between two samples in use, radians: readings between them are interpolated linearly.
 const LONGEST_STEP_RAD: f32 = 0.5;
 /// Pause that ends the survey in progress, microseconds.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Taker of surveys while rotating, fed sample by sample.
+/// Computes surveys while the tool rotates, sample by sample.
 pub(crate) struct RotatingSurvey {
     rotating: bool,
     smooth_rad_s: f32,
@@ -92,7 +91,7 @@ impl RotatingSurvey {
         toolface: &mut ToolfaceSwitch,
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<SurveyReport> {
-        // Without a rate the last one's time stays, and the next rate covers both intervals.
+        // A sample without a rate is skipped: the next rate then covers both intervals.
         let [.., rate] = input.rate_rad_s?;
         let step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
         self.last_us = Some(input.t_us);
@@ -135,7 +134,7 @@ impl RotatingSurvey {
 
     fn add(&mut self, input: &SurveyInput) {
         let Some(force) = input.force_m_s2.filter(|_| !input.accel_clipped) else { return };
-        // A field that is missing now and then is bridged like a force; without one for long the survey has none.
+        // A short loss of the field is bridged, as one of the force is; after a long one the survey has no field.
         if input.field_ut.is_none() && self.field_whole {
             let since = self.angle_rad - self.last.map_or(0.0, |last| last.angle_rad);
             if since.abs() < 0.5 * LONGEST_STEP_RAD {

@@ -2,7 +2,8 @@
 //!
 //! Levels count from 0 to 7, as those of many makers do. The bounds are this library's own choice: makers' tables
 //! differ, and none that is published was at hand to be checked against. [`level`] takes the bounds of your tool's
-//! manual. What is above half of the probe's sample rate, or above its accelerometer's range, is in no figure here.
+//! manual. Vibration above half of the probe's sample rate, or beyond its accelerometer's range, is in none of these
+//! figures.
 
 use super::{DrillingDynamics, Rotation, WhirlKind};
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -18,7 +19,7 @@ const CIRCULAR: f32 = 0.5;
 /// Number of levels.
 pub const LEVELS: usize = 8;
 
-/// Level of a value by any table: how many of the bounds it reaches.
+/// Level of a value by any table: the number of bounds that it reaches.
 #[must_use]
 pub fn level(value: f32, bounds: &[f32]) -> u8 {
     bounds.iter().filter(|bound| value >= **bound).count() as u8
@@ -43,8 +44,8 @@ impl DrillingDynamics {
         self.lateral_rms_m_s2.map(of_vibration)
     }
 
-    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or no
-    /// three quarters of the vibration turn one way.
+    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or less than
+    /// three quarters of the vibration's power turn one way.
     #[must_use]
     pub fn whirl_kind(&self) -> Option<WhirlKind> {
         let Rotation { mean_rpm, stick_slip_index: Some(_), .. } = self.rotation? else { return None };
@@ -52,7 +53,7 @@ impl DrillingDynamics {
         if self.lateral_severity()? == 0 || whirl.circularity.abs() < CIRCULAR {
             return None;
         }
-        // As the string turns: above 0.
+        // Both are above 0 for whirl in the string's direction.
         let (around, circularity) = (whirl.rpm / mean_rpm, whirl.circularity * mean_rpm);
         if around <= -0.5 {
             Some(WhirlKind::Backward)
@@ -75,7 +76,7 @@ impl Rotation {
     }
 }
 
-/// Dose of vibration that a tool has taken: time at each level, and shocks. A part's limits are hours at a level.
+/// Dose of vibration that a tool has taken: time at each level, and shocks. Limits of components are hours at a level.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VibrationDose {
@@ -133,7 +134,7 @@ mod tests {
         assert_eq!(rotation(30.0, 170.0, Some(0.7)).stick_slip_severity(), Some(3));
         assert_eq!(rotation(0.0, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
         assert_eq!(rotation(-5.0, 260.0, Some(1.3)).stick_slip_severity(), Some(7));
-        // The gyro's bias at rest.
+        // A least speed of -0.1 rpm is within the gyro's bias at rest: the string did not turn backwards.
         assert_eq!(rotation(-0.1, 260.0, Some(1.3)).stick_slip_severity(), Some(6));
         assert_eq!(rotation(0.0, 1.0, None).stick_slip_severity(), None);
     }

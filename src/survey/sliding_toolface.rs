@@ -21,14 +21,14 @@ pub struct SlidingToolface {
     pub kind: ToolfaceKind,
     /// Toolface, radians, with the toolface offset; its sigma is the attitude's at the last sample.
     pub toolface_rad: Uncertain,
-    /// Standard deviation of the single samples' toolfaces: how much the tool swung.
+    /// Standard deviation of the single samples' toolfaces, radians: the swing of the tool.
     pub swing_rad: f32,
-    /// Time from the samples' mean time to the last one, seconds: how old the mean is when it is given. The attitude
-    /// follows a turn through the gyro, at once; what the line takes comes on top.
+    /// Time from the samples' mean time to the last sample, seconds: the age of the mean when it is reported. The
+    /// attitude itself follows a turn at once, through the gyro; the line's delay comes on top.
     pub latency_s: f32,
 }
 
-/// Gatherer of one mean after another.
+/// Sums of the mean in progress; means do not overlap.
 pub(super) struct SlidingMean {
     start_us: u64,
     last_us: u64,

@@ -35,7 +35,7 @@ pub(super) struct Gradient {
 }
 
 impl Axes {
-    /// Directions from specific force and field; `None` if they give no azimuth of the horizon's plane.
+    /// Directions from specific force and field; `None` if a vector is too short, or the field too near the vertical.
     pub(super) fn of(force_m_s2: &Vector3<f32>, field_ut: &Vector3<f32>) -> Option<Self> {
         let (gravity, field) = (length(force_m_s2), length(field_ut));
         if !(gravity.is_finite() && field.is_finite() && gravity > LEAST_GRAVITY_M_S2 && field > LEAST_FIELD_UT) {
@@ -77,7 +77,7 @@ impl Axes {
         libm::atan2f(self.east.z, self.north.z)
     }
 
-    /// Derivative of the azimuth. A change of force turns the horizon: it moves north by the dip's tangent, and the
+    /// Derivative of the azimuth. A change of force tilts the horizon: that moves north by the dip's tangent, and the
     /// tool axis over the horizon.
     pub(super) fn azimuth_gradient(&self) -> Gradient {
         let (n, e, sine) = (self.north, self.east, self.sine());

@@ -1,4 +1,4 @@
-//! Stationary survey: settle, average, latch.
+//! Stationary survey: waits at rest, averages, and then holds its result until the tool has moved.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -19,7 +19,7 @@ const BLOCKS: u16 = 8;
 /// Pause between readings that restarts the survey, microseconds: the tool could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Age from which readings say nothing of now, microseconds: a round of the loop that erases a page of flash takes
+/// Age from which readings no longer show rest, microseconds: a pass of the main loop that erases a page of flash takes
 /// less.
 const OLDEST_EVIDENCE_US: u64 = 1_000_000;
 
@@ -54,7 +54,7 @@ struct Sums<T> {
     rate: T,
 }
 
-/// Taker of stationary surveys, fed sample by sample.
+/// Computes stationary surveys, sample by sample.
 pub(crate) struct StationarySurvey {
     state: StationaryState,
     rest: RestTracker,
@@ -65,9 +65,9 @@ pub(crate) struct StationarySurvey {
     block: Sums<BlockMean>,
     means: Sums<MeanOfBlocks>,
     field_whole: bool,
-    /// Field that later ones are held against, and its time; a second old at most.
+    /// Field that later readings are compared with, and its time, microseconds; a second old at most.
     field_before: Option<(u64, Vector3<f32>)>,
-    /// When the field turned last.
+    /// Time at which the field turned last, microseconds.
     field_turned_us: Option<u64>,
 }
 
@@ -93,15 +93,15 @@ impl StationarySurvey {
         self.state
     }
 
-    /// Returns true if fresh readings of both sensors show that the tool stands still, and no field that it turns: a
-    /// gyro with a dead axis rests, and in a vertical hole gravity has nothing against it.
+    /// Returns true if fresh readings of gyro and accelerometer show rest, and the field does not turn. The field is
+    /// needed because a gyro with a dead axis reads rest, and in a vertical hole gravity does not contradict it.
     pub(crate) fn stands_still(&self, now_us: u64) -> bool {
         let is_lately = |us: Option<u64>| us.is_some_and(|us| now_us.abs_diff(us) < OLDEST_EVIDENCE_US);
         let is_quiet = self.rest.detected() && self.state != StationaryState::Moving;
         is_quiet && is_lately(self.last_us) && !is_lately(self.field_turned_us)
     }
 
-    /// Returns true if the field has turned since a second ago.
+    /// Returns true if the field has turned within the last second.
     fn has_field_turned(&mut self, t_us: u64, field: &Vector3<f32>) -> bool {
         let Some((then_us, before)) = self.field_before else {
             self.field_before = Some((t_us, *field));
@@ -200,7 +200,7 @@ impl StationarySurvey {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Closes a block and keeps its means; restarts if a vector has turned since the first block.
+    /// Closes a block and adds its means; restarts if force or field has turned since the first block.
     fn close_block(&mut self, config: &SurveyConfig) {
         let block = self.block;
         let empty = BlockMean::new();

@@ -6,8 +6,7 @@ use super::{
 };
 use crate::config::{ConfigError, Earth, SurveyConfig};
 
-/// Taker of surveys of every kind from a probe's samples. It owns its buffers; nothing allocates and nothing
-/// can panic.
+/// Computes surveys of every kind from a probe's samples. It owns its buffers; nothing allocates and nothing can panic.
 ///
 /// Once a sample:
 /// ```
@@ -26,8 +25,8 @@ pub struct Surveyor {
 }
 
 impl Surveyor {
-    /// Returns a surveyor without a configuration, which takes no surveys; as a static it takes 2.3 KiB of RAM
-    /// and as much flash, as uninitialised memory that this is written to no flash.
+    /// Returns a surveyor without a configuration, which takes no surveys; as a static it takes 2.3 KiB of RAM and as
+    /// much flash, but no flash if it is written to uninitialised memory.
     #[must_use]
     pub const fn new() -> Self {
         Self { surveys: Surveys::new(), drilling: DrillingWatch::new() }
@@ -56,9 +55,9 @@ impl Surveyor {
         self.surveys.config()
     }
 
-    /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
-    /// increase. A sample that is more than ten seconds old begins anew: the clock has gone back for good.
-    // Its frame would lie under the work between samples.
+    /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not increase. A
+    /// sample more than ten seconds before the last one starts all anew: the clock has gone back for good.
+    // Not inlined: its stack frame would else lie under that of the work between samples.
     #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.surveys.follow(input.t_us) {
@@ -106,14 +105,14 @@ impl Surveyor {
         self.drilling.last_toolface.as_ref()
     }
 
-    /// Vibration and shocks since the start, or since the dose that was resumed, window by window. A new configuration
-    /// leaves it.
+    /// Vibration and shocks since the start, added to the resumed dose if any; it grows with each window. A new
+    /// configuration does not reset it.
     #[must_use]
     pub const fn dose(&self) -> &VibrationDose {
         &self.drilling.dose
     }
 
-    /// Goes on from a dose that was kept over a loss of power.
+    /// Sets the dose that was stored before a loss of power, to which windows are then added.
     pub const fn resume_dose(&mut self, dose: VibrationDose) {
         self.drilling.dose = dose;
     }
@@ -124,8 +123,8 @@ impl Surveyor {
         self.surveys.state()
     }
 
-    /// Returns true if the tool is known to stand still at `now_us`, in the samples' clock: gyro and accelerometer both
-    /// read, are sound and rest, less than a second ago. Everything else, silence too, may be drilling.
+    /// Returns true if the tool is known to stand still at `now_us`, in the samples' clock: gyro and accelerometer gave
+    /// valid readings at rest less than a second ago. In every other case, also without samples, it may be drilling.
     #[must_use]
     pub fn stands_still(&self, now_us: u64) -> bool {
         self.surveys.stands_still(now_us)

@@ -32,14 +32,14 @@ bitflags::bitflags! {
 pub(super) enum Step {
     /// The sample is not taken.
     Refused,
-    /// The clock has gone back for good: all began anew, and the sample is not taken.
+    /// The clock has gone back for good: all surveys began anew, and the sample is not taken.
     Afresh,
     /// Seconds since the sample before.
     Forward(f32),
 }
 
-/// Taker of surveys alone, in 1.8 KB, for a part with little memory; a [`Surveyor`](super::Surveyor) watches the
-/// drilling beside them. It owns its buffers; nothing allocates and nothing can panic.
+/// Computes surveys alone, in 1.8 KB, for a microcontroller with little memory; a [`Surveyor`](super::Surveyor) watches
+/// the drilling, too. It owns its buffers; nothing allocates and nothing can panic.
 pub struct Surveys {
     settings: Option<(Earth, SurveyConfig)>,
     last_us: Option<u64>,
@@ -54,7 +54,7 @@ pub struct Surveys {
 }
 
 impl Surveys {
-    /// Returns one without a configuration, which takes no surveys.
+    /// Returns a `Surveys` without a configuration, which takes no surveys.
     #[must_use]
     pub const fn new() -> Self {
         let toolface = ToolfaceSwitch::new();
@@ -94,9 +94,9 @@ impl Surveys {
         self.settings.as_ref().map(|(_, config)| config)
     }
 
-    /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not
-    /// increase. A sample that is more than ten seconds old begins anew: the clock has gone back for good.
-    // As of `Surveyor::push`.
+    /// Takes one sample. Nothing happens before a configuration, nor with a sample whose time does not increase. A
+    /// sample more than ten seconds before the last one starts all anew: the clock has gone back for good.
+    // Not inlined, for the reason given at `Surveyor::push`.
     #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.follow(input.t_us) {
@@ -124,7 +124,7 @@ impl Surveys {
         Step::Forward(step_us as f32 * 1e-6)
     }
 
-    /// Takes a sample with sound numbers, `step_s` after the one before.
+    /// Takes a sanitised sample, `step_s` seconds after the one before.
     pub(super) fn take(&mut self, input: &SurveyInput, step_s: f32) -> SurveyNews {
         let mut news = SurveyNews::empty();
         let Some((earth, config)) = &self.settings else { return news };
@@ -179,8 +179,8 @@ impl Surveys {
         self.stationary.state()
     }
 
-    /// Returns true if the tool is known to stand still at `now_us`, in the samples' clock: gyro and accelerometer both
-    /// read, are sound and rest, less than a second ago. Everything else, silence too, may be drilling.
+    /// Returns true if the tool is known to stand still at `now_us`, in the samples' clock: gyro and accelerometer gave
+    /// valid readings at rest less than a second ago. In every other case, also without samples, it may be drilling.
     #[must_use]
     pub fn stands_still(&self, now_us: u64) -> bool {
         self.stationary.stands_still(now_us)

@@ -1,4 +1,4 @@
-//! Value with its deviation.
+//! Value with its standard deviation.
 
 /// Value with its standard deviation, both in the unit that the field's name ends with.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

@@ -1,14 +1,15 @@
-//! Whirl: the tool's axis that goes around the hole's.
+//! Whirl: the tool's axis goes around the hole's axis.
 //!
 //! A tool whose axis goes around the hole's has a lateral acceleration of constant size that turns with it. In tool
-//! axes, which turn with the string, it turns at the difference of both speeds. Vibration to and fro turns nowhere. A
+//! axes, which turn with the string, it turns at the difference of both speeds. Vibration to and fro does not turn. A
 //! collar that rolls on the wall without sliding goes around against the string, d / (D - d) times as fast (collar d in
 //! a hole D; Vandiver, Nicholson and Shyu, SPE Drilling Engineering 5, 282, 1990).
 
 use core::f32::consts::TAU;
 
-/// Time constant of the mean that is taken off, seconds: it takes out what stands still in tool axes, as the
-/// centrifugal force of an accelerometer off the axis. A whirl that goes with the string at its speed is taken out too.
+/// Time constant of the mean that is subtracted from lateral vibration, seconds: this removes forces that are constant
+/// in tool axes, as the centrifugal force of an accelerometer off the axis, and also a whirl at the string's own speed
+/// and direction.
 const MEAN_S: f32 = 1.0;
 /// Longest step between two readings in use, seconds.
 const LONGEST_STEP_S: f32 = 0.05;
@@ -17,10 +18,11 @@ const LONGEST_STEP_S: f32 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Whirl {
-    /// Share that turns, in tool axes: 1 all clockwise, -1 all counter-clockwise, 0 to and fro, or without order.
+    /// Net share of the vibration that turns, in tool axes: 1 all clockwise, -1 all counter-clockwise, 0 to and fro, or
+    /// without order.
     pub circularity: f32,
     /// Speed at which the vibration turns in space, revolutions per minute, weighted with its power. Vibration faster
-    /// than half of the sample rate, in tool axes, is taken for slower one.
+    /// than half of the sample rate, in tool axes, appears slower (aliasing).
     pub rpm: f32,
 }
 
@@ -29,17 +31,17 @@ pub struct Whirl {
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WhirlKind {
-    /// The tool's axis goes around as the string turns, and faster.
+    /// The tool's axis goes around in the string's direction, and faster than the string.
     Forward,
     /// The tool's axis goes around against the string.
     Backward,
 }
 
-/// Gatherer over one window.
+/// Sums of lateral vibration over one window.
 pub(super) struct WhirlSums {
     last: Option<[f32; 2]>,
     mean: [f32; 2],
-    /// Area that the vibration sweeps, twice.
+    /// Twice the area that the vibration sweeps, (m/s^2)^2.
     swept: f32,
     middle_square: f32,
     change_square: f32,
@@ -62,7 +64,7 @@ impl WhirlSums {
         }
     }
 
-    /// Begins another window, in which the mean goes on.
+    /// Begins another window; the running mean of vibration is carried over.
     pub(super) const fn next(&self) -> Self {
         Self { last: self.last, mean: self.mean, ..Self::new() }
     }

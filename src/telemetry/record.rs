@@ -27,7 +27,7 @@ pub enum Record {
     },
     /// Findings of one diagnosis, right after the output of the sample at which they took effect.
     Diagnosis(DiagnosisReport),
-    /// Magnet that came while the probe ran, at the end of the run.
+    /// Magnet that came while the probe ran; written at the end of the run.
     HardIron(HardIronInterval),
     /// End of the trace; the last record.
     End(Summary),

@@ -14,17 +14,17 @@ pub enum Word<'a> {
     Number(u64),
 }
 
-/// A line to the standard output.
+/// Prints a line to the standard output.
 pub fn print(words: &[Word<'_>]) {
     if let Ok(mut out) = io::stdout() {
         write(&mut out, words);
     }
 }
 
-/// A line to the standard error, with the program's name.
+/// Prints a line to the standard error, with the program's name.
 pub fn complain(words: &[Word<'_>]) {
     if let Ok(mut out) = io::stderr() {
-        // One that cannot be written is not heard by anybody.
+        // A line that cannot be written is dropped.
         let _ = out.write(b"probe: ");
         write(&mut out, words);
     }
@@ -57,8 +57,8 @@ fn in_digits(mut number: u64, digits: &mut [u8; 20]) -> &[u8] {
     digits.split_at_checked(digits.len() - used).map_or(&[], |(_, written)| written)
 }
 
-// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked:
-// 2.3 KiB. (The compiler holds that the attribute does nothing.)
+// Inlined into its callers, the handler leaves the panic's text, which it does not print, unmade, and `core::fmt` not
+// linked: 2.3 KiB less. (The compiler holds that the attribute does nothing.)
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]

@@ -1,7 +1,7 @@
-//! The emulated STM32F405 in real time: SysTick is the sample clock, with each tick register models of the sensors
-//! are played a recording's next sample and the adapters on them read, frames go out and commands come in through
-//! USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so a run
-//! is the same every time and an hour of it takes about as long as its work.
+//! The emulated STM32F405 in real time. SysTick is the sample clock: with each tick the register models of the
+//! sensors are played a recording's next sample and the adapters read the models; frames go out and commands come in
+//! through USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so
+//! a run is the same every time and an hour of it takes about as long as its work.
 //!
 //! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in; `flash.bin` and `factory.bin` are the
 //! flash. When the sensors' file is over the program prints what it has counted, a `key = value` a line, and ends.
@@ -43,7 +43,7 @@ use semihosting::process;
 use sensors::Modelled;
 use serial::Serial;
 
-// Below the stack. Not all zero at first: a value would stand in flash, too.
+// In the core-coupled memory, below the stack. Uninitialised: a value that is not all zero would stand in flash, too.
 #[allow(unsafe_code)]
 #[unsafe(link_section = ".ccm.surveyor")]
 static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
@@ -105,7 +105,7 @@ fn run(
     Ok(())
 }
 
-/// Apart, so that the configuration stands on the stack only while it is read.
+/// A function of its own, so that the configuration stands on the stack only while it is read.
 #[inline(never)]
 fn start(
     mut statics: Statics<'static, FileFlash>,
@@ -119,7 +119,7 @@ fn start(
         boot.provisioned(&factory_records(region));
     }
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
-    // A defect is played once.
+    // A hang is simulated once, after power-up.
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
     let board = Emulated { samples, serial, reset_reason, hang, acquired: 0, factory };
     if let Some(flash) = FileFlash::open(MODELS, boot.power_cut_after) {
@@ -138,7 +138,7 @@ struct Emulated {
     reset_reason: ResetReason,
     hang: Option<Hang>,
     acquired: u32,
-    /// `None`: it has no factory's region, and starts with what `boot.bin` says.
+    /// Factory's region; `None`: there is none, and the probe starts with the settings of `boot.bin`.
     factory: Option<FileFlash>,
 }
 
@@ -170,7 +170,7 @@ impl Board for Emulated {
     }
 
     fn idle(&mut self) {
-        // With interrupts masked one that comes between the question and the sleep still wakes.
+        // With interrupts masked, one that comes between the check and the sleep still wakes the core.
         cortex_m::interrupt::free(|_| {
             if self.samples.is_empty() && !sensors::are_over() {
                 cortex_m::asm::wfi();
@@ -187,7 +187,7 @@ impl Board for Emulated {
     }
 
     fn identity(&self) -> ProbeId {
-        // The emulated chip has none; a host that tests it knows this one.
+        // The emulated chip has no unique number; a host that tests it knows this one.
         ProbeId(*b"emulated 405")
     }
 

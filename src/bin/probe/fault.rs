@@ -6,8 +6,8 @@ use cortex_m_rt::{ExceptionFrame, exception};
 // The logger.
 use defmt_rtt as _;
 
-// Inlined into what calls it, a panic's text, of which nothing is said here, is not made, and `core::fmt` not linked:
-// 2.3 KiB. (The compiler holds that the attribute does nothing.)
+// Inlined into its callers, the handler leaves the panic's text, which it does not print, unmade, and `core::fmt` not
+// linked: 2.3 KiB less. (The compiler holds that the attribute does nothing.)
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]
@@ -26,7 +26,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     reset(Asked::Fault)
 }
 
-/// The program cannot start.
+/// Resets a program that cannot start, for the reason `why`.
 pub fn stop(why: &'static str) -> ! {
     defmt::error!("{=str}", why);
     reset(Asked::Fault)

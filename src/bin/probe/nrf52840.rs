@@ -35,15 +35,15 @@ use nrf52840_hal::{
 };
 
 const BYTES_PER_S: u32 = 92_160;
-/// Ticks of 32,768 Hz: a second.
+/// Time of the watchdog, ticks of 32,768 Hz: one second.
 const WATCHDOG_TICKS: u32 = 32_768;
 
 #[entry]
-#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
+#[allow(clippy::too_many_arguments)] // `entry` turns its statics into arguments.
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
-    // Not all zero at first: a value here would stand in flash, too.
+    // Uninitialised: a surveyor is not all zero, so that a value here would stand in flash, too.
     static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
     static mut BURST: Burst = Burst::new();
     static mut LINE: Line = Line::new();
@@ -56,7 +56,7 @@ fn main() -> ! {
 
     let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
     stack::guard(&core.MPU);
-    // Before anything that may not come back, a crystal that does not start among it.
+    // Start the watchdog before anything that may hang, such as a crystal that does not start.
     let watchdog = watchdog(chip.WDT);
     let reset_reason = reset_reason(&chip.POWER);
     // The crystal paces the sample clock.
@@ -125,7 +125,7 @@ fn identity(ficr: &FICR) -> ProbeId {
     ProbeId::of_words([id[0].read().bits(), id[1].read().bits(), address[0].read().bits()])
 }
 
-/// Goes on from a watchdog that a reset by software left running.
+/// Starts the watchdog, or takes over one that a reset by software left running.
 fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
     match Watchdog::try_new(wdt) {
         Ok(mut watchdog) => {
@@ -140,11 +140,11 @@ fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
     }
 }
 
-/// Reads and clears RESETREAS (product specification, POWER). No bit means that power came.
+/// Reads and clears RESETREAS (product specification, POWER). No bit set means that power came.
 fn reset_reason(power: &POWER) -> ResetReason {
     let asked = reset_record::start();
     let flags = power.resetreas.read();
-    // A one clears.
+    // Writing a one clears a bit.
     power.resetreas.write(|w| {
         w.resetpin().set_bit();
         w.dog().set_bit();

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::telemetry::ResetReason;
 
-/// Says that the words are ours and not what happened to be there when power came.
+/// Mark that the words were written by this program, and are not random content from power-up.
 const MAGIC: u32 = 0x6d77_6431;
 
 /// Why a program asks for a reset.
@@ -110,18 +110,18 @@ pub fn watchdog_resets() -> u32 {
     words::read(words::watchdog_resets)
 }
 
-/// One more of them.
+/// Counts a reset by the watchdog.
 pub fn count_watchdog_reset() {
     words::write(words::watchdog_resets, watchdog_resets().wrapping_add(1));
 }
 
-/// One more round of the sample clock; only its exception calls this.
+/// Counts a round of the sample clock; only its exception calls this.
 #[cfg(feature = "board-emulated")]
 pub fn count_powered_round() {
     words::write(words::powered_rounds, powered_rounds().wrapping_add(1));
 }
 
-/// Rounds of the sample clock since power came: where the emulated sensors are.
+/// Rounds of the sample clock since power came: the emulated sensors' place in their recording.
 #[cfg(feature = "board-emulated")]
 pub fn powered_rounds() -> u32 {
     words::read(words::powered_rounds)

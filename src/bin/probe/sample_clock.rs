@@ -1,18 +1,18 @@
-//! The sample clock's rounds, counted by its interrupt, time read from them, and what the acquisition that it paces has
-//! counted.
+//! Sample clock: its rounds, counted by its interrupt, the time read from them, and the counters of the acquisition
+//! that the clock paces.
 //!
 //! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use meerkat_mwd::application::AcquisitionCounts;
 
-/// Counts of the one acquisition that there is.
+/// Counters of the only acquisition.
 pub static COUNTS: AcquisitionCounts = AcquisitionCounts::new();
 
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 static ROUNDS_HIGH: AtomicU32 = AtomicU32::new(0);
 
-/// One more round.
+/// Counts a round.
 pub fn round() {
     // Loads and stores: nothing preempts the one interrupt that calls this.
     let rounds = ROUNDS.load(Ordering::Relaxed).wrapping_add(1);
@@ -22,8 +22,8 @@ pub fn round() {
     }
 }
 
-/// Rounds since the start, and what `timer` says within the round. Not with interrupts masked: a round that ends
-/// meanwhile would not count.
+/// Rounds since the start, and the value of `timer` within the round. Do not call it with interrupts masked: a round
+/// that ends meanwhile would not count.
 pub fn rounds_and(timer: impl Fn() -> u32) -> (u64, u32) {
     let rounds = || (ROUNDS_HIGH.load(Ordering::Relaxed), ROUNDS.load(Ordering::Relaxed));
     loop {
@@ -51,7 +51,7 @@ pub mod systick {
     /// Ticks of the STM32F405 at its highest clock.
     const TICKS_PER_US: u32 = 168;
 
-    /// Starts it. PendSV, which it is to call, gets the lowest priority.
+    /// Starts SysTick. PendSV, which its handler pends, gets the lowest priority.
     pub fn start(mut timer: SYST, mut scb: SCB, period_us: u32) {
         // SAFETY: no critical section of this program rests on priorities, only on masking all interrupts.
         #[allow(unsafe_code)]
@@ -69,7 +69,7 @@ pub mod systick {
     /// Microseconds since the start.
     pub fn now_us() -> u64 {
         let period = SYST::get_reload() + 1;
-        // It counts down and its exception comes as it reaches zero: zero is the first tick of a round.
+        // SysTick counts down and its exception comes as it reaches zero: zero is the first tick of a round.
         let up = || match SYST::get_current() {
             0 => 0,
             down => period - down,

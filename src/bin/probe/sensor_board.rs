@@ -21,10 +21,10 @@ use meerkat_mwd::{
 
 pub type BoardSensors = Sensors<'static, chip::Inertial, chip::Magnetic>;
 
-/// On its way to the interrupt.
+/// Sensors on their way from `main` to the interrupt.
 static SENSORS: Mutex<Cell<Option<&'static mut BoardSensors>>> = Mutex::new(Cell::new(None));
 
-/// Before the sample clock.
+/// Hands the sensors to the interrupt. Call it before the sample clock starts.
 pub fn start_sensors(
     place: &'static mut MaybeUninit<BoardSensors>,
     (inertial, magnetic): (chip::Inertial, chip::Magnetic),
@@ -88,7 +88,7 @@ impl Board for SensorBoard {
     }
 
     fn idle(&mut self) {
-        // With interrupts masked one that comes between the question and the sleep still wakes.
+        // With interrupts masked, one that comes between the check and the sleep still wakes the core.
         cortex_m::interrupt::free(|_| {
             if self.samples.is_empty() {
                 cortex_m::asm::wfi();

@@ -7,14 +7,14 @@ pub type Outgoing = Queue<u8, 512>;
 /// Bytes that wait for the loop: 2.7 ms of 921,600 baud, and a command is shorter.
 pub type Incoming = Queue<u8, 256>;
 
-/// The loop's side.
+/// Main loop's side of the queues.
 pub struct SerialQueues {
     pub outgoing: Producer<'static, u8>,
     pub incoming: Consumer<'static, u8>,
 }
 
 impl SerialQueues {
-    /// As many of the first bytes as there is room for.
+    /// Queues as many of the first bytes as there is room for, and returns their number.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         bytes.iter().take_while(|byte| self.outgoing.enqueue(**byte).is_ok()).count()
     }

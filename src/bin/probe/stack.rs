@@ -21,8 +21,8 @@ fn guard_start() -> usize {
     (&raw const symbols::_stack_end as usize).next_multiple_of(GUARD)
 }
 
-/// Makes a stack that runs over a fault, before it runs into what may lie below. Region 0 of the memory protection
-/// unit: no access (Armv7-M reference manual, section B3.5).
+/// Makes an overflow of the stack a fault, before it overwrites memory below. Region 0 of the memory protection unit:
+/// no access (Armv7-M reference manual, section B3.5).
 pub fn guard(unit: &cortex_m::peripheral::MPU) {
     const NO_ACCESS_NO_EXECUTION: u32 = 1 << 28;
     const SIZE: u32 = GUARD.ilog2() - 1;
@@ -40,7 +40,8 @@ pub fn guard(unit: &cortex_m::peripheral::MPU) {
     cortex_m::asm::isb();
 }
 
-/// Most bytes of stack used so far, and how many there are. All of them: it has reached the guard.
+/// Bytes of stack: the most used so far, and those that there are. If both are equal, the stack has reached the
+/// guard.
 pub fn high_water_mark() -> [u32; 2] {
     let top = &raw const symbols::_stack_start;
     let mut deepest = (guard_start() + GUARD) as *const u32;

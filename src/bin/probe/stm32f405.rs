@@ -35,8 +35,8 @@ use stm32f4xx_hal::{
 };
 
 const BAUD: u32 = 921_600;
-/// By the oscillator's nominal 32 kHz, milliseconds. It is 17 to 47 kHz (DS8626, low-speed internal RC
-/// oscillator), so the watchdog waits for 1.02 to 2.82 s.
+/// Time of the watchdog at its oscillator's nominal 32 kHz, milliseconds. The oscillator has 17 to 47 kHz (DS8626,
+/// low-speed internal RC oscillator), so the watchdog waits for 1.02 to 2.82 s.
 const WATCHDOG_MS: u32 = 1_500;
 /// Longest call of `ModelStore::prepare`, milliseconds: its timing budget.
 const PREPARATION_MS: u32 = 700;
@@ -44,7 +44,7 @@ const _: () = assert!(WATCHDOG_MS * 32 / 47 > PREPARATION_MS, "the fastest watch
 /// The unique device number (RM0090, section 39.1).
 const UNIQUE_NUMBER: *const [u32; 3] = 0x1fff_7a10 as *const [u32; 3];
 
-// Below the stack. Not all zero at first: a value would stand in flash, too.
+// In the core-coupled memory, below the stack. Uninitialised: a value that is not all zero would stand in flash, too.
 #[allow(unsafe_code)]
 #[unsafe(link_section = ".ccm.surveyor")]
 static mut SURVEYOR: MaybeUninit<Surveyor> = MaybeUninit::uninit();
@@ -56,7 +56,7 @@ static mut MEMORY: MaybeUninit<Memory<ModelFlash>> = MaybeUninit::uninit();
 static mut SENSORS: MaybeUninit<BoardSensors> = MaybeUninit::uninit();
 
 #[entry]
-#[allow(clippy::too_many_arguments)] // Its statics are arguments to what `entry` makes of it.
+#[allow(clippy::too_many_arguments)] // `entry` turns its statics into arguments.
 fn main() -> ! {
     // `entry` hands these out as `&'static mut`, once: it lets nobody call `main`.
     static mut PROBE: Probe = Probe::new();
@@ -73,7 +73,7 @@ fn main() -> ! {
 
     let (Some(chip), Some(core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
     stack::guard(&core.MPU);
-    // Before anything that may not come back, a crystal that does not start among it.
+    // Start the watchdog before anything that may hang, such as a crystal that does not start.
     let mut watchdog = IndependentWatchdog::new(chip.IWDG);
     watchdog.start(WATCHDOG_MS.millis());
     let reset_reason = reset_reason(&chip.RCC);
@@ -127,7 +127,8 @@ fn identity() -> ProbeId {
     ProbeId::of_words(unsafe { UNIQUE_NUMBER.read_volatile() })
 }
 
-/// Reads and clears the reset flags (RM0090 section 7.3.21). Every reset sets the pin's.
+/// Reads and clears the reset flags (RM0090 section 7.3.21). Every reset sets the pin's flag, so that it is judged
+/// last.
 fn reset_reason(rcc: &RCC) -> ResetReason {
     let asked = reset_record::start();
     let flags = rcc.csr().read();

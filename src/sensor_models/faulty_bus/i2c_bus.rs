@@ -1,4 +1,4 @@
-//! The wrapper around an I2C bus.
+//! Fault injection around an I2C bus.
 
 use super::{Course, FaultyBus, Flip, InjectedError, OPERATIONS, spoil};
 use embedded_hal::i2c::{I2c, Operation, SevenBitAddress};
@@ -48,7 +48,7 @@ impl<B: I2c> FaultyBus<'_, B> {
         if let Course::Unanswered(fault) = course { Err(InjectedError::Injected(fault)) } else { Ok(()) }
     }
 
-    /// Does the transaction, with one bit of what is written changed.
+    /// Does the transaction on the wrapped bus, with the flipped bit if it is in a written byte.
     fn pass_on_i2c(
         &mut self,
         address: SevenBitAddress,

@@ -1,4 +1,4 @@
-//! The wrapper around an SPI device.
+//! Fault injection around an SPI device.
 
 use super::{Course, FaultyBus, Flip, InjectedError, OPERATIONS, spoil};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
@@ -48,7 +48,7 @@ impl<B: SpiDevice> FaultyBus<'_, B> {
         if let Course::Unanswered(fault) = course { Err(InjectedError::Injected(fault)) } else { Ok(()) }
     }
 
-    /// Does the transaction, with one bit of what is written changed.
+    /// Does the transaction on the wrapped device, with the flipped bit if it is in a written byte.
     fn pass_on_spi(
         &mut self,
         operations: &mut [Operation<'_, u8>],

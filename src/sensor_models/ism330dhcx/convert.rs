@@ -7,7 +7,7 @@ use crate::{
 };
 
 impl<const WORDS: usize> Ism330dhcx<WORDS> {
-    /// Converts all that is due, in order of time.
+    /// Does the conversions that are due by `now_ns`, in order of time.
     pub(super) fn pass_to(&mut self, now_ns: u64) {
         loop {
             let due = [self.gyro, self.accel, self.temperature].map(|ticks| ticks.next_until(now_ns));
@@ -73,7 +73,7 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         }
     }
 
-    /// Writes three words; `first_axis` counts as [`PartFault::DeadAxis`] does.
+    /// Writes the words of three axes; `first_axis` is the first one's number in [`PartFault::DeadAxis`].
     fn put_axes(&mut self, address: u8, truth: [f32; 3], unit: f32, first_axis: u8) {
         let fault = self.acting();
         if fault == Some(PartFault::FrozenOutput) {
@@ -101,8 +101,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
         self.push(tag, [byte(0), byte(1), byte(2), byte(3), byte(4), byte(5)]);
     }
 
-    /// A new instant in the FIFO; with its timestamp where that is batched with every instant (FIFO_CTRL4,
-    /// DEC_TS_BATCH 1).
+    /// Begins a time slot in the FIFO, with a timestamp if one is batched for every slot (FIFO_CTRL4, DEC_TS_BATCH
+    /// 1).
     pub(super) fn fifo_slot(&mut self, t_ns: u64) {
         self.fifo.next_slot();
         if self.register(FIFO_CTRL4) >> 6 == 1 && self.register(CTRL10_C) & TIMESTAMP_EN != 0 {
@@ -112,8 +112,8 @@ impl<const WORDS: usize> Ism330dhcx<WORDS> {
     }
 
     fn push(&mut self, tag: Tag, data: [u8; 6]) {
-        // FIFO_CTRL4, FIFO_MODE: FIFO mode stops when full; continuous, and continuous-to-FIFO before its interrupt,
-        // goes on.
+        // FIFO_CTRL4, FIFO_MODE: FIFO mode stops when full; continuous mode, and continuous-to-FIFO before its
+        // interrupt, drops the oldest word.
         let mode = self.register(FIFO_CTRL4) & 7;
         if !matches!(mode, 1 | 3 | 6) {
             return;

@@ -1,7 +1,7 @@
 //! The FIFO: words of a tag and six bytes (data sheet DS13012, chapter on the FIFO; application note AN5398, chapter
 //! "First-in first-out (FIFO) buffer").
 
-/// Words of an ISM330DHCX: 3 Kbyte of six data bytes each (DS13012, chapter on the FIFO).
+/// Words in the FIFO of an ISM330DHCX: 3 Kbyte of six data bytes each (DS13012, chapter on the FIFO).
 pub const DEPTH: usize = 512;
 
 /// Content of a word (DS13012, FIFO_DATA_OUT_TAG, table of the tags).
@@ -54,12 +54,12 @@ impl<const WORDS: usize> Fifo<WORDS> {
         self.length >= WORDS
     }
 
-    /// A new instant: the words that follow are of it.
+    /// Begins a time slot: the words pushed next belong to it.
     pub(super) fn next_slot(&mut self) {
         self.slot = self.slot.wrapping_add(1) & 3;
     }
 
-    /// Appends a word; where there is no room the oldest goes, or with `stops` the new one.
+    /// Appends a word. Without room the oldest word is dropped, or with `stops` the new one.
     pub(super) fn push(&mut self, tag: Tag, data: [u8; 6], room: usize, stops: bool) {
         let room = room.min(WORDS);
         if self.length >= room {
@@ -78,15 +78,15 @@ impl<const WORDS: usize> Fifo<WORDS> {
         }
     }
 
-    /// Loses words that nobody has read.
+    /// Drops up to `count` of the oldest words.
     pub(super) fn drop_oldest(&mut self, count: usize) {
         let count = count.min(self.length);
         self.first = (self.first + count).checked_rem(WORDS).unwrap_or(0);
         self.length -= count;
     }
 
-    /// The byte at one of the seven addresses of the output; an empty FIFO reads 0. With the last byte the word is
-    /// gone.
+    /// Reads the byte at one of the seven output addresses; an empty FIFO reads 0. Reading the last byte drops the
+    /// word.
     pub(super) fn read(&mut self, byte: usize) -> u8 {
         if self.length == 0 {
             return 0;

@@ -103,8 +103,8 @@ pub const fn accel_mg_lsb(ctrl1_xl: u8) -> f32 {
     }
 }
 
-/// Sensitivity of the gyro, millidegrees per second and LSB, of CTRL2_G's range bits (G_So; CTRL2_G): FS_4000 goes
-/// before FS_125, which goes before FS_G.
+/// Sensitivity of the gyro, millidegrees per second and LSB, of CTRL2_G's range bits (G_So; CTRL2_G): FS_4000
+/// overrides FS_125, which overrides FS_G.
 pub const fn gyro_mdps_lsb(ctrl2_g: u8) -> f32 {
     if ctrl2_g & 1 != 0 {
         return 140.0;

@@ -90,7 +90,7 @@ impl<const WORDS: usize> SerialPart for Ism330dhcx<WORDS> {
     }
 
     fn following(&self, address: u8) -> u8 {
-        // Within a burst the output of the FIFO comes round to its tag (AN5398).
+        // Within a transaction the address goes from the FIFO's last data byte back to its tag (AN5398).
         match address {
             FIFO_DATA_OUT_Z_H => FIFO_DATA_OUT_TAG,
             _ if self.register(CTRL3_C) & IF_INC == 0 => address,

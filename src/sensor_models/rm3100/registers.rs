@@ -13,7 +13,7 @@ pub const CCX1: u8 = 0x04;
 pub const TMRC: u8 = 0x0B;
 /// First of the nine result registers, high byte first, x, y, z (section 5.5, table 5-8).
 pub const MX2: u8 = 0x24;
-/// Last of them.
+/// Last of the nine result registers.
 pub const MZ0: u8 = 0x2C;
 /// Data ready in bit 7 (section 5.4.1).
 pub const STATUS: u8 = 0x34;
@@ -54,8 +54,8 @@ pub const fn is_writable(address: u8) -> bool {
     matches!(address, 0x00..=0x01 | 0x04..=0x20 | 0x33 | HSHAKE)
 }
 
-/// Time between readings, nanoseconds, of a TMRC value (table 5-4, update rates 600 Hz halved with every step). Other
-/// values than 0x92 to 0x9F are not defined: taken for the default.
+/// Time between readings, nanoseconds, of a TMRC value (table 5-4, update rates 600 Hz halved with every step).
+/// Values outside 0x92 to 0x9F are undefined: they act as the default, 0x96.
 pub const fn period_ns(tmrc: u8) -> u64 {
     match tmrc {
         0x92 => 1_666_667,
@@ -75,14 +75,14 @@ pub const fn period_ns(tmrc: u8) -> u64 {
     }
 }
 
-/// Time of one axis, nanoseconds, of a cycle count: table 3-1 has 1,600, 850 and 440 Hz of a single axis at 50, 100
-/// and 200 cycles, and a straight line through the first and last is within a part in a hundred of the one between.
+/// Conversion time of one axis, nanoseconds, by cycle count: table 3-1 has 1,600, 850 and 440 Hz of a single axis at
+/// 50, 100 and 200 cycles, and a straight line through the first and last is within 1 % of the one between.
 pub const fn axis_ns(cycles: u16) -> u64 {
     76_000 + 10_984 * cycles as u64
 }
 
-/// Gain, counts per microtesla, of a cycle count: table 3-1 has 20, 38 and 75 at 50, 100 and 200; elsewhere the
-/// manufacturer's line.
+/// Gain, counts per microtesla, by cycle count: table 3-1 has 20, 38 and 75 at 50, 100 and 200 cycles; at others the
+/// manufacturer's straight line.
 pub fn gain_per_ut(cycles: u16) -> f32 {
     match cycles {
         50 => 20.0,

@@ -16,7 +16,7 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// A bus that is never used: data sheets need none.
+/// Bus that is never used: the figures of a data sheet need none.
 struct NoBus;
 
 impl ErrorType for NoBus {
@@ -29,7 +29,7 @@ impl SpiDevice for NoBus {
     }
 }
 
-/// 180 rpm.
+/// Rate of the turning tool: 180 rpm.
 const RATE_RAD_S: f64 = 3.0 * TAU;
 
 /// Toolface and rate of a tool that stands still for 2 s, then speeds up for 2 s.
@@ -44,9 +44,9 @@ fn in_tool([north, east, down]: [f64; 3], toolface: f64) -> [f64; 3] {
     [c * north + s * east, c * east - s * north, down]
 }
 
-/// Each part reads the truth of its own latency ago and has a clock of its own. The mean wait for the
-/// inertial reading would turn the field by 2.6 deg; a millisecond, within which a declared delay counts as
-/// known, turns it by 1.1 deg.
+/// Each part reads the truth of its own latency ago and has a clock of its own. If ignored, the mean wait of a
+/// magnetic for an inertial reading would turn the field by 2.6 deg; a millisecond, within which a declared delay
+/// counts as known, turns it by 1.1 deg.
 #[test]
 fn a_turning_tool_points_where_it_does_by_its_parts_latencies() {
     let inertial = Ism330dhcx::new_spi(NoBus, 1).data();

@@ -1,4 +1,4 @@
-//! Every sector of a few granules that whole, torn and unreadable records can make, walked over.
+//! Tests the walk over every small sector that blank, noisy, unreadable, whole and torn pieces can make.
 
 use super::*;
 use crate::storage::record::{Kind, encode};
@@ -10,15 +10,15 @@ const SECTOR: usize = if cfg!(miri) { 2 } else { 6 };
 const BEHIND: usize = 1;
 const ALL: usize = BEFORE + SECTOR + BEHIND;
 
-/// Make of a sector.
+/// Piece of a test sector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Piece {
     Blank,
     Noise,
     Unreadable,
-    /// Whole record of so many granules.
+    /// Whole record of this many granules.
     Whole(usize),
-    /// First granule of a record of so many, the rest of which was never written.
+    /// First granule of a record of this many, the rest of which was never written.
     Torn(usize),
 }
 
@@ -43,7 +43,7 @@ impl Piece {
     }
 }
 
-/// The sector between two granules that nothing may read.
+/// Flash with the sector between two granules that must not be read.
 struct Flash {
     bytes: [[u8; GRANULE]; ALL],
     readable: [bool; ALL],
@@ -120,7 +120,7 @@ fn check(pieces: &[Piece]) {
     assert_eq!(walked.silent.is_some(), !is_read, "{pieces:?}");
 }
 
-/// All sectors that begin with these pieces. Returns how many there are.
+/// Checks all sectors that begin with these pieces. Returns their number.
 fn each_sector(pieces: &mut heapless::Vec<Piece, SECTOR>) -> u32 {
     let used: usize = pieces.iter().map(|piece| piece.granules()).sum();
     if used == SECTOR {
@@ -141,6 +141,6 @@ fn each_sector(pieces: &mut heapless::Vec<Piece, SECTOR>) -> u32 {
 #[test]
 fn a_walk_finds_every_whole_record_and_nothing_else_and_stays_within_its_sector() {
     let sectors = each_sector(&mut heapless::Vec::new());
-    // s(n) = 7 s(n - 1) + s(n - 2) + s(n - 3).
+    // Number s(n) of sectors of n granules: s(n) = 7 s(n - 1) + s(n - 2) + s(n - 3).
     assert_eq!(sectors, if cfg!(miri) { 50 } else { 131_364 });
 }

@@ -49,7 +49,7 @@ fn level_to_the_east_is_the_no_go_zone_and_steep_in_the_meridian_is_not() {
             assert!(found.is_none_or(|found| found.no_go && found.eastward > 0.95), "{azimuth_deg} {found:?}");
         }
     }
-    // With an interference as large as a short collar leaves, the correction is the better of the two.
+    // With an interference as large as a short collar leaves, the corrected azimuth is the more certain one.
     let short_collar = SurveyErrors { axial_interference_ut: 1.0, ..errors };
     for (inclination_deg, azimuth_deg) in [(30.0, 60.0), (45.0, 30.0), (20.0, 100.0)] {
         let s = station([f32::to_radians(inclination_deg), f32::to_radians(azimuth_deg), 1.0], 0.0);
@@ -58,7 +58,7 @@ fn level_to_the_east_is_the_no_go_zone_and_steep_in_the_meridian_is_not() {
     }
 }
 
-/// Sensors and reference as the error model has them: the stated sigmas are the errors'.
+/// Draws errors of sensors and reference from the error model: the stated sigmas are those of the azimuths' errors.
 #[test]
 fn the_sigma_of_a_corrected_azimuth_is_that_of_its_errors() {
     let errors = SurveyErrors::default();

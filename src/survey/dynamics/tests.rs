@@ -55,8 +55,8 @@ fn rms_and_peak_are_those_of_a_known_vibration_and_gravity_is_not_in_them() {
 
 #[test]
 fn stick_slip_is_half_the_swing_over_the_mean() {
-    // 120 rpm that swings by 60 at 0.2 Hz, six swings in the window; averaging over 0.1 s takes 0.1 % off the
-    // swing.
+    // A speed of 120 rpm that swings by 60 rpm at 0.2 Hz, six swings in the window; averaging over 0.1 s takes 0.1 %
+    // off the swing.
     let w = core::f64::consts::TAU * 0.2;
     let rpm = core::f64::consts::TAU / 60.0;
     let rotation = window(|t| (rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();
@@ -115,7 +115,7 @@ fn peaks_are_told_apart_and_shocks_count_at_every_level_that_they_reach() {
     assert!((dose.axial_s[5] - 60.0).abs() < 1e-3 && dose.axial_s.iter().sum::<f32>() < 60.1);
 }
 
-/// Vibration whose direction turns at a speed in space, over a string that turns at another, in tool axes.
+/// Window of vibration in tool axes, whose direction turns in space at one speed while the string turns at another.
 fn whirling(around_rpm: f64, string_rpm: f64, size: f64) -> DrillingDynamics {
     let rpm = core::f64::consts::TAU / 60.0;
     window(move |t| {
@@ -136,7 +136,7 @@ fn whirl_has_its_speed_and_direction_and_other_vibration_is_none() {
     let forward = whirling(300.0, 120.0, 50.0);
     assert_eq!(forward.whirl_kind(), Some(WhirlKind::Forward));
     assert!((forward.whirl.unwrap().rpm - 300.0).abs() < 1.0);
-    // Too weak to matter; gravity that an attitude of a degree leaves stands in space, and is none.
+    // No whirl: vibration too weak; and gravity left by an attitude error, whose direction in space is fixed.
     assert_eq!(whirling(-456.0, 120.0, 4.0).whirl_kind(), None);
     assert_eq!(whirling(0.0, 120.0, 50.0).whirl_kind(), None);
     let rate = 120.0 * core::f64::consts::TAU / 60.0;

@@ -4,9 +4,9 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Decision {
-    /// It is corrected.
+    /// The angle is corrected.
     Corrected,
-    /// It stays as measured.
+    /// The angle stays as measured.
     Refused(Refusal),
 }
 
@@ -18,7 +18,8 @@ pub enum Decision {
 pub enum Refusal {
     /// The correction is too uncertain for its size: it would too often make the angle worse.
     NotCertain,
-    /// Stations are predicted better without the correction than with what the other stations say.
+    /// Left-out stations are predicted better without correction than with the errors estimated from the other
+    /// stations.
     PredictsWorse,
     /// Stations contradict each other far beyond their noise.
     Contradiction,

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::estimator::cholesky::Cholesky;
 
-/// Steps of Gauss and Newton at most. Errors of a thousandth converge in two.
+/// Largest number of Gauss-Newton steps. Errors of a thousandth converge in two steps.
 const STEPS: usize = 8;
 /// Step below which the maximum is reached, in standard deviations of the priors.
 const LAST_STEP: f32 = 1e-3;
@@ -49,7 +49,7 @@ pub(super) fn dot(a: &Whitened, b: &Whitened) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
-/// Fits the errors to those stations that `counts` lets in.
+/// Fits the errors to the stations whose index `counts` accepts.
 pub(super) fn fitted(stations: &[Station], counts: impl Fn(usize) -> bool, scales: &Scales) -> Option<Fit> {
     let mut x = [0.0; PARAMETERS];
     let mut last = None;

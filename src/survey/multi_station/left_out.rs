@@ -1,4 +1,4 @@
-//! Each station as the others predict it.
+//! Leave-one-out: residuals of each station as the others predict it.
 
 use super::{
     Station,
@@ -15,14 +15,14 @@ pub(super) struct LeftOut {
     pub(super) uncorrected: f32,
     /// Sum of squared residuals of the fit itself, over their degrees of freedom.
     pub(super) variance_ratio: f32,
-    /// Degrees of freedom: three a station less what the errors took.
+    /// Degrees of freedom: three a station less those that the estimated errors use up.
     pub(super) freedom: f32,
     /// Counted station that the others contradict most, and by how much: chi-square with three degrees of freedom.
     pub(super) worst: Option<(usize, f32)>,
 }
 
-/// Predicts each counted station from the others. With the fit linear around its maximum no second fit is needed: of
-/// a station's residuals r and their share H = J S J^T in the fit, the others' prediction errs by (I - H)^-1 r, whose
+/// Predicts each counted station from the others. With the fit linear around its maximum no second fit is needed: if a
+/// station has residuals r, with the share H = J S J^T in the fit, the others' prediction errs by (I - H)^-1 r, whose
 /// covariance is (I - H)^-1.
 pub(super) fn left_out(
     stations: &[Station],

@@ -1,13 +1,13 @@
-//! Multi-station analysis: the sensors' errors that several stations of one run determine together, and what their
-//! azimuths and inclinations are without them.
+//! Multi-station analysis: the sensors' errors that several stations of one run determine together, and azimuths and
+//! inclinations corrected for these errors.
 //!
-//! At a station the accelerometer and the magnetometer read six numbers, and the attitude takes three. The other
-//! three, |G|, |B| and dip, are known from a reference, so every station says three things of the errors of the
-//! sensors. These errors stay the same from station to station while the attitude changes; that separates them.
-//! The method is that of E. Nyrnes, T. Torkildsen and H. Wilson, SPE/IADC 125677 (2009), and of the ISCWSA's
-//! Introduction to wellbore positioning, 14.1, with one difference: no error is left out of the estimate. Each has
-//! the ISCWSA MWD error model's size as its prior ([`crate::config::SurveyErrors`]), so what the stations do not
-//! determine keeps the prior's width, and is named ([`Estimate::observable`]).
+//! At a station the accelerometer and the magnetometer read six numbers, and the attitude takes three. The other three,
+//! |G|, |B| and dip, are known from a reference, so every station gives three equations for the errors of the sensors.
+//! These errors stay the same from station to station while the attitude changes; that separates them. The method is
+//! that of E. Nyrnes, T. Torkildsen and H. Wilson, SPE/IADC 125677 (2009), and of the ISCWSA's Introduction to wellbore
+//! positioning, 14.1, with one difference: no error is left out of the estimate. Each has the ISCWSA MWD error model's
+//! size as its prior ([`crate::config::SurveyErrors`]), so an error that the stations do not determine keeps the
+//! prior's width, and is named ([`Estimate::observable`]).
 //!
 //! A roll test (several toolfaces at one depth) and a cluster shot (several surveys at nearly one attitude) are
 //! stations like others.
@@ -30,10 +30,10 @@ pub use station::{Station, StationReference};
 use crate::config::SurveyErrors;
 use heapless::Vec;
 
-/// Most stations of one analysis.
+/// Largest number of stations in one analysis.
 pub const MAX_STATIONS: usize = 64;
-/// Fewest stations of one analysis: each is predicted by the others, and two others are the fewest that can
-/// contradict each other.
+/// Smallest number of stations in one analysis: each station is predicted by the others, and two others are the fewest
+/// that can contradict each other.
 pub const LEAST_STATIONS: usize = 3;
 
 /// Stations of one run of one tool, in the order in which they were taken.
@@ -63,7 +63,7 @@ impl MultiStation {
         &self.stations
     }
 
-    /// Drops all stations: another tool, another bottom-hole assembly.
+    /// Drops all stations, for another tool or bottom-hole assembly.
     pub fn clear(&mut self) {
         self.stations.clear();
     }

@@ -14,7 +14,8 @@ pub enum Parameter {
     AccelBias(u8),
     /// Scale factor of the accelerometer's axis.
     AccelScale(u8),
-    /// Bias of the magnetometer's axis, microtesla. That of z holds the drill string's field at the first station.
+    /// Bias of the magnetometer's axis, microtesla. The bias of z includes the drill string's field at the first
+    /// station.
     MagBias(u8),
     /// Scale factor of the magnetometer's axis.
     MagScale(u8),
@@ -28,13 +29,13 @@ pub enum Parameter {
     DipReference,
 }
 
-/// Place of the growth of the axial field among the parameters.
+/// Index of the growth of the axial field among the parameters.
 pub(super) const GROWTH: usize = 12;
-/// Place of the gravity's reference among the parameters; the field's and the dip's follow.
+/// Index of the reference gravity's error among the parameters; those of field and dip follow.
 pub(super) const REFERENCES: usize = 13;
 
 impl Parameter {
-    /// All of them, in the order of [`MultiStationReport::estimates`](super::MultiStationReport).
+    /// All parameters, in the order of [`MultiStationReport::estimates`](super::MultiStationReport).
     pub const ALL: [Self; PARAMETERS] = [
         Self::AccelBias(0),
         Self::AccelBias(1),
@@ -77,9 +78,9 @@ impl Parameter {
         }
     }
 
-    /// Standard deviation before any station: the ISCWSA MWD error model's, as configured. The growth's is the drill
-    /// string's field itself, which may build up wholly during the run. A drill string of 0 microtesla still has a
-    /// prior, of one nanotesla, so that every width is positive.
+    /// Standard deviation before any station: the ISCWSA MWD error model's, as configured. For the axial growth it is
+    /// that of the drill string's field itself, all of which may build up during the run. A drill string of 0
+    /// microtesla still has a prior, of one nanotesla, so that every width is positive.
     #[must_use]
     pub fn prior_sigma(self, errors: &SurveyErrors, settings: &MultiStationSettings) -> f32 {
         let axial = libm::hypotf(errors.axial_interference_ut, 1e-3);

@@ -24,9 +24,10 @@ use core::f32::consts::{PI, TAU};
 pub struct Estimate {
     /// The error.
     pub parameter: Parameter,
-    /// Its value and standard deviation after the analysis.
+    /// Value and standard deviation of the error after the analysis.
     pub estimate: Uncertain,
-    /// Its standard deviation before; wider than configured where the stations show more than three of those.
+    /// Standard deviation of the error before the analysis; widened where the stations show an error beyond three
+    /// configured deviations.
     pub prior_sigma: f32,
     /// True if the stations determine it: the standard deviation is below the configured share of the prior's.
     pub observable: bool,
@@ -40,11 +41,11 @@ pub struct MultiStationReport {
     pub left_out: u64,
     /// Number of stations that the estimate rests on.
     pub counted: usize,
-    /// Residuals' variance over the stated noise's; where above 1 beyond chance, the noise was widened by it.
+    /// Variance of the residuals over that of the configured noise; where above 1 beyond chance, it widened the noise.
     pub noise_ratio: f32,
     /// Root mean square of the residuals of |G|, |B| and dip without correction, in units of the noise.
     pub residual_uncorrected: f32,
-    /// The same of stations as the others predict them.
+    /// Root mean square of the residuals of stations as the others predict them, in units of the noise.
     pub residual_left_out: f32,
     /// Decision on azimuths.
     pub azimuth: Decision,
@@ -52,8 +53,8 @@ pub struct MultiStationReport {
     pub inclination: Decision,
 }
 
-/// Angles of a station by an analysis. The sigmas hold the errors that the stations have in common, what the analysis
-/// left of them, and the noise; not the declination's.
+/// Angles of a station by an analysis. The sigmas include what the analysis left of the stations' common errors, and
+/// the noise; not the declination's error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CorrectedStation {
@@ -69,7 +70,7 @@ pub struct CorrectedStation {
     pub horizontal_ut: f32,
 }
 
-/// Times at most that priors are widened: the second time, what the first let show.
+/// Largest number of times that priors are widened: the second time for errors that show after the first.
 const WIDENINGS: usize = 2;
 
 /// One of the two angles that are corrected.
@@ -138,7 +139,7 @@ impl MultiStationReport {
         value * value > 4.0 * variance
     }
 
-    /// Angles of a station, one of the analysis or a later one of the same run; `None` if it is not usable.
+    /// Angles of a station, one of the analysis or a later one of the same run; `None` if the station is not usable.
     #[must_use]
     pub fn corrected(&self, station: &Station) -> Option<CorrectedStation> {
         let [measured, best] = [[0.0; PARAMETERS], self.fit.x].map(|x| self.scales.freed(station, &x));
@@ -168,10 +169,10 @@ impl MultiStationReport {
         })
     }
 
-    /// Decides whether to correct an angle: only if that raises its squared error, summed over the counted stations
-    /// (an azimuth's times the sine of the inclination), with at most the configured probability. Of corrections m
-    /// and errors a with the posterior's mean m and covariance C, |a - m|^2 exceeds |a|^2 where m.a < m.m / 2; m.a has
-    /// mean m.m and variance m^T C m.
+    /// Decides whether to correct an angle: only if that raises its squared error, summed over the counted stations (an
+    /// azimuth's times the sine of the inclination), with at most the configured probability. For corrections m and
+    /// true errors a, with the posterior's mean m and covariance C, |a - m|^2 exceeds |a|^2 where m.a < m.m / 2; m.a
+    /// has mean m.m and variance m^T C m.
     fn decide(&self, stations: &[Station], angle: Angle, sums: &LeftOut) -> Option<Decision> {
         let (mut square, mut noise, mut together) = (0.0, 0.0, [0.0; PARAMETERS]);
         for (_, station) in stations.iter().enumerate().filter(|(k, _)| self.left_out & bit(*k) == 0) {
@@ -197,8 +198,8 @@ impl MultiStationReport {
 }
 
 /// Runs the analysis. Stations that the others contradict (once in a thousand by chance) are left out one after the
-/// other, up to a quarter of them; then priors that are too narrow for what is found are widened, and the
-/// noise to what the residuals show.
+/// other, up to a quarter of them; then priors that are too narrow for the errors found are widened, and the noise to
+/// the size of the residuals.
 pub(super) fn analysed(
     stations: &[Station],
     errors: &SurveyErrors,
@@ -262,7 +263,7 @@ pub(super) fn analysed(
 
 /// Widens the prior of a sensor's error, or of the drill string's field, to what was found where that is beyond three
 /// standard deviations (once in 400 by chance): a sensor out of its specification, or a collar more magnetic than
-/// usual. Returns whether it did. References keep theirs: an error there is not of the tool.
+/// usual. Returns true if it widened one. References keep their priors: an error there is not the tool's.
 fn widen_priors(prior: &mut Whitened, x: &Whitened) -> bool {
     let mut any = false;
     for (sigma, x) in prior.iter_mut().zip(x).take(REFERENCES) {
@@ -290,7 +291,7 @@ fn angle_gradient(angle: Angle, freed: &Freed) -> Gradient {
     angle.gradient(&freed.axes)
 }
 
-/// Value of an angle whose sigma is at most pi.
+/// Angle with a sigma of at most pi, radians.
 fn sure(value: f32, variance: f32) -> Uncertain {
     Uncertain { value, sigma: if variance < PI * PI { libm::sqrtf(variance) } else { PI } }
 }

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 /// Errors in units of their priors' standard deviations.
 pub(super) type Whitened = [f32; PARAMETERS];
 
-/// Standard deviations that everything is measured in.
+/// Standard deviations by which errors and residuals are scaled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     /// Priors of the errors.
@@ -18,7 +18,7 @@ pub(super) struct Scales {
     pub(super) settings: MultiStationSettings,
     /// Factor of the noise's standard deviation.
     pub(super) widened: f32,
-    /// Depth of the first station, and from it to the last.
+    /// Depth of the first station and distance to the last, in the unit of `depth_m`.
     pub(super) run: [f32; 2],
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Rows {
     pub(super) derivative: [Whitened; 3],
 }
 
-/// Vectors of a station without the errors, with the derivatives of angles by the errors.
+/// Vectors of a station with the errors taken out, and the values needed for derivatives by the errors.
 pub(super) struct Freed {
     pub(super) axes: Axes,
     force: Vector3<f32>,

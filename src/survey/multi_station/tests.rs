@@ -62,7 +62,7 @@ fn angles_and_their_gradients_are_those_of_small_changes() {
             };
             let (by_force, by_field) = (both(change, Vector3::zeros()), both(Vector3::zeros(), change));
             for i in 0..3 {
-                // A difference of angles of some 1e-6 over 0.04.
+                // Tolerance: rounding of some 1e-6 rad in a difference of angles, over the step of 0.04.
                 let tolerance = 3e-4 + 2e-3 * libm::fabsf(by_force[i]);
                 assert!(libm::fabsf(by_force[i] - gradients[i].force[k]) < tolerance, "{i} {k} {attitude:?}");
                 assert!(libm::fabsf(by_field[i] - gradients[i].field[k]) < 3e-4, "{i} {k} {attitude:?}");
@@ -114,7 +114,7 @@ fn a_roll_test_determines_the_transverse_biases_and_not_the_axial_ones() {
         (Parameter::MagBias(1), -0.6),
     ] {
         let Estimate { estimate, observable, .. } = of(parameter);
-        // The prior's share, a tenth at the stated noise, shrinks what is so far beyond the prior.
+        // The prior shrinks an error that is so far beyond it, by a tenth at the stated noise.
         let off = libm::fabsf(estimate.value - truth);
         assert!(observable && off < 0.15 * libm::fabsf(truth), "{parameter:?} {estimate:?}");
     }

@@ -41,7 +41,7 @@ fn toolfaces(inclination_deg: f32, of: impl Fn(f32) -> (f32, f32)) -> heapless::
 
 #[test]
 fn one_comes_every_five_seconds_and_is_the_mean_across_the_highside() {
-    // Swings by 0.3 rad about 0.05 before the highside, five swings in a mean.
+    // Toolface swings by 0.3 rad about 0.05 rad before the highside, five swings in a mean.
     let all = toolfaces(40.0, |t| (-0.05 + 0.3 * libm::sinf(TAU * t), 0.0));
     assert_eq!(all.len(), 7);
     for toolface in &all {
@@ -54,7 +54,7 @@ fn one_comes_every_five_seconds_and_is_the_mean_across_the_highside() {
 
 #[test]
 fn the_latency_is_the_lag_behind_a_toolface_that_creeps() {
-    // Two degrees a second: as old as it says.
+    // Toolface creeps by 2 deg/s: a mean lags by the latency that it states.
     let creep = 2.0_f32.to_radians();
     let all = toolfaces(40.0, |t| (creep * t, creep));
     assert_eq!(all.len(), 7);

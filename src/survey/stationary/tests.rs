@@ -135,7 +135,7 @@ fn a_field_that_turns_is_motion_whatever_a_dead_gyro_axis_reads() {
     let mut rig = Rig::new();
     rig.feed(5.0, |_| {});
     assert!(rig.survey.stands_still(rig.t_us));
-    // A vertical hole at 30 rpm: gravity and the dead axis say nothing.
+    // Turning in a vertical hole: gravity and the dead gyro axis do not show it.
     for rpm in [3.0_f32, 30.0, 180.0] {
         let rate = rpm * core::f32::consts::TAU / 60.0;
         let mut times = 0;

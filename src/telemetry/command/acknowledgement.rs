@@ -40,9 +40,9 @@ pub enum CommandRefusal {
         /// Name of the field.
         field: FieldName,
     },
-    /// It needs the key and came without authentication.
+    /// The command needs the key and came without authentication.
     NotAuthenticated,
-    /// No key is provisioned: nothing that needs one is done.
+    /// No key is provisioned: commands that need one are refused.
     NoKey,
     /// The authentication code is not that of this key, counter and command.
     Forged,
@@ -56,17 +56,17 @@ pub enum CommandRefusal {
         /// Latest counter that was used.
         latest: u64,
     },
-    /// The counter could not be read or stored, and without it nothing is done.
+    /// The counter could not be read or stored: without it authenticated commands are refused.
     CounterNotStored,
     /// The tool is drilling.
     WhileDrilling,
-    /// The model or the window that is meant is not there, or not any more.
+    /// The model or window that the command names is not there, or not any more.
     NothingThere,
     /// An earlier command is not finished, or, without the key, reports were asked for too often.
     Busy,
     /// The storage failed.
     StorageFailed,
-    /// This probe cannot do it.
+    /// This probe does not support the command.
     NotSupported,
     /// The model is beyond the limits that every model has to keep before it may fly.
     ModelImplausible,

@@ -5,14 +5,14 @@
 /// Rate of an allowance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rate {
-    /// Time after which one more is allowed, microseconds.
+    /// Time after which one more answer or report is allowed, microseconds.
     pub interval_us: u64,
     /// Number that is allowed at once.
     pub at_once: u64,
 }
 
-/// Remainder of an allowance: the instant at which it is whole again, so that an unused one is all zero (generic cell
-/// rate algorithm).
+/// Remainder of an allowance, stored as the instant at which it is whole again, so that an unused one is all zero
+/// (generic cell rate algorithm).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Allowance {
     whole_us: u64,
@@ -27,7 +27,7 @@ impl Allowance {
     /// Takes one; returns false if none is left.
     pub fn take(&mut self, rate: &Rate, now_us: u64) -> bool {
         let most_us = rate.interval_us.saturating_mul(rate.at_once);
-        // Further ahead than it ever is: the clock has gone back.
+        // An instant further ahead than `most_us` means that the clock has gone back.
         let is_ahead = self.whole_us > now_us && self.whole_us - now_us <= most_us;
         let from_us = if is_ahead { self.whole_us } else { now_us };
         let next_us = from_us.saturating_add(rate.interval_us);
@@ -50,10 +50,10 @@ mod tests {
         let mut allowance = Allowance::new();
         let had = |allowance: &mut Allowance, now_us| (0..10).filter(|_| allowance.take(&RATE, now_us)).count();
         assert_eq!([0, 0, 999, 1_000, 3_500, 9_000].map(|now_us| had(&mut allowance, now_us)), [3, 0, 0, 1, 2, 3]);
-        // All is there again on a clock that has gone back.
+        // The whole allowance is there again on a clock that has gone back.
         let mut allowance = Allowance::new();
         assert_eq!([9_000, 20].map(|now_us| had(&mut allowance, now_us)), [3, 3]);
-        // Over a long time no more than the rate allows, however often it is asked.
+        // Over a long time no more answers than the rate allows, however often one is asked for.
         let mut allowance = Allowance::new();
         let all = (0..100_000).filter(|now_us| allowance.take(&RATE, *now_us)).count();
         assert_eq!(all, 3 + 99);

@@ -16,10 +16,10 @@ const COUNTER: usize = 8;
 /// Length of an authentication code, bytes: one forgery in 2^128 tries.
 const TAG: usize = 16;
 
-/// Key that a probe and the hosts that may calibrate it share. One key a probe is best; of two probes with the same
-/// key each takes only commands that name it.
+/// Key that a probe and the hosts that may calibrate it share. Best give each probe its own key; probes with the same
+/// key take only commands that name them.
 ///
-/// It is never printed.
+/// The key is never printed.
 #[derive(Clone)]
 pub struct Key {
     bytes: [u8; KEY_BYTES],
@@ -34,9 +34,9 @@ impl Key {
         can_be_key(bytes).then_some(Self { bytes: *bytes, probe })
     }
 
-    /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, without the second
-    /// hash and 6 KiB of flash. Of smaller codes, SipHash with 128 bits is experimental to its own authors, and
-    /// Poly1305 takes a new key for each message.
+    /// BLAKE2s with a key (RFC 7693): 256-bit key and 128-bit code as HMAC-SHA-256 would have, without the second hash
+    /// and 6 KiB of flash. Of algorithms that take less flash, SipHash with 128 bits is experimental to its own
+    /// authors, and Poly1305 takes a new key for each message.
     fn code(&self, counter: [u8; COUNTER], command: &[u8]) -> Option<Blake2sMac<U16>> {
         let mut code = Blake2sMac::new_from_slice(&self.bytes).ok()?;
         code.update(PURPOSE);
@@ -47,7 +47,7 @@ impl Key {
     }
 }
 
-/// Purpose, first in the code: the key serves nothing else.
+/// Purpose string, hashed first: a code made for anything else with this key is not a command's.
 const PURPOSE: &[u8; 24] = b"meerkat-mwd command v002";
 
 impl core::fmt::Debug for Key {
@@ -79,7 +79,7 @@ pub fn authenticate<'a>(
     buffer.get(..COUNTER + TAG + length).ok_or(too_short)
 }
 
-/// Parts of an authenticated command, none of which is believed yet.
+/// Parts of an authenticated command, not yet verified.
 pub(super) struct Authenticated<'a> {
     counter: [u8; COUNTER],
     tag: &'a [u8; TAG],

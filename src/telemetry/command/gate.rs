@@ -1,5 +1,5 @@
-//! Gate for commands: decides which frames of a host are carried out. It checks authenticity, counter, bounds,
-//! drilling and the allowance of those without the key, in this order (docs/security.md).
+//! Gate for commands: decides which frames of a host are carried out. It checks authenticity, counter, bounds, drilling
+//! and the allowance of hosts without the key, in this order (docs/security.md).
 
 use super::{
     Acknowledgement, Command, CommandRefusal, CounterStore, FieldName, Key, Outcome,
@@ -11,7 +11,7 @@ use crate::{
     telemetry::{Frame, Kind},
 };
 
-/// Largest step of a command's counter over the latest: a mistake cannot use all counters up.
+/// Largest step of a command's counter over the latest, so that one mistake cannot use up all counters.
 pub const MAX_COUNTER_STEP: u64 = 1 << 32;
 
 /// Answers to hosts without the key: eight at once, then four a second. The longest, with the name of a field, takes
@@ -27,7 +27,7 @@ const REPORTS: Rate = Rate { interval_us: 2_000_000, at_once: 4 };
 pub struct Situation {
     /// Time of the probe, microseconds.
     pub now_us: u64,
-    /// True if the tool is drilling, or moves at all where that cannot be told.
+    /// True if the tool is drilling or, where drilling cannot be recognised, moves at all.
     pub drilling: bool,
 }
 
@@ -51,7 +51,7 @@ pub enum Judgement {
     Ignore,
 }
 
-/// Counters of commands. Full counters stay.
+/// Counters of commands, which stop at their largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct CommandCounters {
     /// Commands let through.
@@ -76,8 +76,7 @@ struct Passed {
 }
 
 impl CommandGate {
-    /// Makes a gate with the probe's key. With `None` no key is provisioned, and nothing that changes calibration
-    /// passes.
+    /// Makes a gate with the probe's key. With `None` no key is provisioned, and commands that need one are refused.
     #[must_use]
     pub const fn new(key: Option<Key>) -> Self {
         Self {
@@ -94,14 +93,14 @@ impl CommandGate {
         self.counters
     }
 
-    /// Judges a frame whose check was right.
+    /// Judges a frame whose CRC was right.
     ///
-    /// An authentic command with a new counter uses the counter up, whatever happens to it then: a command that was
+    /// An authentic command with a new counter uses the counter up, even if it is then refused: a command that was
     /// refused while drilling cannot be recorded and played back in the next pause. The counter is stored before this
     /// returns, so before anything is done.
     ///
-    /// All hosts without the key together get a few answers a second, so that none keeps the probe's results from the
-    /// line, or an owner out.
+    /// All hosts without the key together get a few answers a second, so that none can keep the probe's results from
+    /// the line, or lock out a host with the key.
     pub fn judge<S: CounterStore>(&mut self, frame: &Frame<'_>, situation: Situation, store: &mut S) -> Judgement {
         let bytes = match Kind::of_number(frame.kind) {
             Some(Kind::Command) => Ok((frame.payload, false)),

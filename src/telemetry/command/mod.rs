@@ -1,8 +1,8 @@
 //! Commands of a host to the probe.
 //!
 //! A command is a frame of [`Kind::Command`], or of [`Kind::AuthenticatedCommand`] with a counter and a message
-//! authentication code before it. A [`CommandGate`] decides; the firmware does what it lets through and answers every
-//! frame with an [`Acknowledgement`].
+//! authentication code before it. A [`CommandGate`] decides; the firmware carries out the commands that it passes and
+//! answers with an [`Acknowledgement`].
 
 mod acknowledgement;
 #[cfg(feature = "commands")]
@@ -43,8 +43,8 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub enum Command {
     /// Check the sensors' readings, read the storage anew, and report health with the findings. It is refused while
-    /// drilling: only at rest is it known what a sensor should read, and the storage takes a while. The parts' own
-    /// self-tests are not run.
+    /// drilling: only at rest is it known what a sensor should read, and the storage takes a while. The sensors'
+    /// built-in self-tests are not run.
     SelfTest,
     /// Set the stream over the line and its rate. It needs the key, because it can silence the probe.
     ConfigureStream(StreamConfig),
@@ -62,13 +62,13 @@ pub enum Command {
     },
     /// Start afresh with another configuration. Changes calibration.
     Configure(Config),
-    /// Set how surveys are taken and judged. It changes calibration: a toolface offset is one.
+    /// Set how surveys are taken and judged. It changes calibration, because a toolface offset is part of it.
     ConfigureSurvey(SurveyConfig),
-    /// Store the fit of a window, and fly it even where it was refused: somebody has looked at it and believes it. It
-    /// flies from the start of the next run on, too. Of an accepted window the flown model is stored without waiting
-    /// for it to prove stable. Only the latest window that could judge can be had (too little motion, or sensors that
-    /// cannot judge, leave one that could not), and only while the effects are those that it was fitted with. The
-    /// limits of every stored model hold. To fly it the pipeline starts afresh. Changes calibration.
+    /// Store the fit of a window, and fly it even where it was refused: an operator has checked it. It flies after the
+    /// next start, too. Of an accepted window the flown model is stored without waiting for it to prove stable. Only
+    /// the latest window that could judge can be accepted (one with too little motion, or with sensors that cannot
+    /// judge, could not), and only while the effects are those that it was fitted with. The limits for stored models
+    /// apply. To fly the fit the pipeline starts afresh. Changes calibration.
     AcceptModel {
         /// End of the window, microseconds, as its report states it, so that the window that was looked at is the one
         /// accepted.
@@ -85,18 +85,19 @@ pub enum Command {
         /// Models to erase.
         what: Erasure,
     },
-    /// Write one of the factory's records, once, and fly with it; the same one again is no error. It needs no key, for
-    /// the key is one of them: with it the probe is closed, and takes no other. Nor a pause: a gyro that was never
-    /// calibrated can make a probe on a bench look as if it turned.
+    /// Write one of the factory's records, once, and fly with it; writing the same record again succeeds and changes
+    /// nothing. The command needs no key, for the key is one of these records: once written, it closes the probe to
+    /// others. It needs no pause in drilling: a gyro that was never calibrated can make a probe on a bench look as if
+    /// it turned.
     Provision {
         /// The record.
         record: FactoryRecord,
         /// Write nothing, only compare with what the probe holds.
         only_check: bool,
     },
-    /// Send what the tool has taken and the raw samples of the worst second. It needs the key, because the samples,
-    /// 5,500 bytes, go before attitudes; and it is refused while drilling, because a worse second could come between
-    /// them.
+    /// Send the dose of vibration and the raw samples of the worst second. It needs the key, because the samples, 5,500
+    /// bytes, go before attitudes; and it is refused while drilling, because a worse second could replace the samples
+    /// meanwhile.
     SendVibration,
 }
 
@@ -148,7 +149,7 @@ impl Command {
         self.changes_calibration() || matches!(self, Self::ConfigureStream(_) | Self::SendVibration)
     }
 
-    /// Returns true if the probe sends more for it than an answer, once: a boot, a survey or its health.
+    /// Returns true if the probe sends one report beside the answer: a boot, a survey or its health.
     #[must_use]
     pub const fn asks_for_a_report(&self) -> bool {
         matches!(self, Self::SelfTest | Self::StartRecording { .. } | Self::StationarySurvey { .. })

@@ -3,7 +3,7 @@
 use super::{CHECK, HEADER, Kind, crc::digest};
 use cobs::{DecodeResult, DecoderState};
 
-/// Frame whose check was right.
+/// Frame whose CRC was right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// Number of its kind; see [`Kind::of_number`].
@@ -14,16 +14,16 @@ pub struct Frame<'a> {
     pub payload: &'a [u8],
 }
 
-/// Counters of a received line. Full counters stay.
+/// Counters of a received line, which stop at their largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct LinkCounters {
-    /// Frames whose check was right.
+    /// Frames whose CRC was right.
     pub frames: u32,
     /// Bytes between two zeros that are no frame: damaged, or noise.
     pub bad: u32,
     /// Frames longer than this receiver takes, damaged or not.
     pub oversize: u32,
-    /// Sequence numbers that never came. Over 65,535 in a row are counted short by whole rounds.
+    /// Sequence numbers that never came. More than 65,535 in a row are undercounted by multiples of 65,536.
     pub lost: u32,
     /// Steps back in the sequence: a probe that started anew, or old frames.
     pub restarts: u32,
@@ -32,7 +32,7 @@ pub struct LinkCounters {
 /// Finds frames in a stream of bytes that may be damaged anywhere. `N` is the longest frame it takes, without COBS:
 /// payload and 7 bytes.
 ///
-/// It is in step again with the next zero byte, so damage costs the frames that it touches and none after.
+/// The decoder is in step again with the next zero byte, so that damage loses only the frames that it touches.
 #[derive(Debug)]
 pub struct FrameDecoder<const N: usize> {
     state: DecoderState,
@@ -67,7 +67,7 @@ impl<const N: usize> FrameDecoder<N> {
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_>> {
         let idle = matches!(self.state, DecoderState::Idle);
         match self.state.feed(byte) {
-            // Zeros between frames are no frames.
+            // Zeros between frames are not counted as bad frames.
             Ok(DecodeResult::NoData) if idle && byte == 0 => None,
             Ok(DecodeResult::NoData) => {
                 if idle {
@@ -95,7 +95,7 @@ impl<const N: usize> FrameDecoder<N> {
         }
     }
 
-    /// Judges the bytes that are in the buffer.
+    /// Checks the CRC and the sequence number of the bytes in the buffer.
     fn check(&mut self) -> Option<Frame<'_>> {
         let whole = self.buffer.get(..self.used).and_then(|bytes| {
             let (covered, check) = bytes.split_last_chunk::<CHECK>()?;
@@ -114,7 +114,7 @@ impl<const N: usize> FrameDecoder<N> {
             Some(next) if kind != Kind::Boot.number() => sequence.wrapping_sub(next),
             _ => 0,
         };
-        // A step of half a round ahead is more likely one back.
+        // A step ahead of 2^15 or more is more likely a step back.
         if missing < 1 << 15 {
             count(&mut self.counters.lost, missing.into());
         } else {
@@ -132,7 +132,7 @@ impl<const N: usize> Default for FrameDecoder<N> {
     }
 }
 
-/// Adds to a counter; a full one stays.
+/// Adds to a counter, which stops at its largest value.
 const fn count(counter: &mut u32, more: u32) {
     *counter = counter.saturating_add(more);
 }

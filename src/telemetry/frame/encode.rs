@@ -5,14 +5,14 @@ use crate::telemetry::Payload;
 use cobs::{CobsEncoder, DestBufTooSmallError};
 use crc::{Digest, NoTable};
 
-/// Reason for which there is no frame.
+/// Reason for which no frame was encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The payload is longer than [`MAX_PAYLOAD`].
     PayloadTooLong {
-        /// Length of the payload, bytes; `None` if not even the buffer for it took it.
+        /// Length of the payload, bytes; `None` if it did not even fit into the buffer for payloads.
         bytes: Option<usize>,
     },
     /// The caller's buffer is too short.
@@ -56,7 +56,7 @@ pub fn encode_frame<'a>(
     encode_parts(kind.number(), sequence, [payload, &[]], buffer)
 }
 
-/// Encodes a payload in two pieces, as a ring has it.
+/// Encodes a payload in two pieces, as a ring buffer holds it.
 pub(in crate::telemetry) fn encode_parts<'a>(
     kind: u8,
     sequence: u16,
@@ -92,7 +92,7 @@ struct Stuffing<'a> {
 }
 
 impl Stuffing<'_> {
-    // Both are loops over the bytes; inlined they would be written out four times.
+    // CRC and COBS both loop over the bytes; inlined, these loops would be in flash four times.
     #[inline(never)]
     fn put(&mut self, bytes: &[u8]) -> Result<(), DestBufTooSmallError> {
         self.check.update(bytes);

@@ -1,6 +1,6 @@
 //! Kinds of frames and their numbers on the line.
 
-/// Kind of a frame. The numbers are the protocol: they are never given to another kind.
+/// Kind of a frame. The numbers are part of the protocol: none is ever given to another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
@@ -33,7 +33,7 @@ pub enum Kind {
     Toolface = 12,
     /// Vibration and shocks so far: [`VibrationDose`](crate::survey::VibrationDose).
     Dose = 13,
-    /// Part of the worst second: [`BurstPart`](crate::telemetry::BurstPart).
+    /// Part of the raw samples of the second with the most vibration: [`BurstPart`](crate::telemetry::BurstPart).
     Burst = 14,
     /// To the probe: a command that anybody may give.
     Command = 64,

@@ -4,13 +4,13 @@
 //! | bytes | |
 //! |---|---|
 //! | 1 | [`Kind`] |
-//! | 2 | sequence number of the direction, little-endian; it wraps |
-//! | n | payload: postcard's encoding of what the kind says |
+//! | 2 | sequence number in this direction of the line, little-endian; it wraps |
+//! | n | payload: postcard's encoding of the type that belongs to the kind |
 //! | 4 | CRC-32C of all bytes before it, little-endian |
 //!
 //! The payload is postcard's and not fixed-width by hand: one derive is encoder and decoder of the library's own
-//! reports, small numbers and absent values take one byte, and f32 keep all their bits. Where a number uses its whole
-//! range it is fixed-width all the same.
+//! reports, small numbers and absent values take one byte, and f32 keep all their bits. Numbers that use their whole
+//! range are still fixed-width.
 
 mod crc;
 mod decode;
@@ -31,13 +31,14 @@ const HEADER: usize = 3;
 /// Length of the check.
 const CHECK: usize = 4;
 
-/// Longest frame on the line, bytes: COBS adds one to every 254, one zero ends it, and one stands before the first.
+/// Longest frame on the line, bytes: COBS adds one byte to every 254, a zero byte ends the frame, and another one
+/// precedes the first frame.
 pub const MAX_FRAME: usize = encoded_length(MAX_PAYLOAD) + 1;
 
 /// Capacity of a [`FrameDecoder`] that takes every frame.
 pub const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
 
-/// Returns the longest frame on the line around a payload of so many bytes.
+/// Returns the length of the longest frame on the line around a payload of this many bytes.
 pub(super) const fn encoded_length(payload: usize) -> usize {
     let inside = HEADER + payload + CHECK;
     inside + inside.div_ceil(254) + 1

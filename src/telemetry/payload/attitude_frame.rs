@@ -21,12 +21,12 @@ const SIGMA_STEPS_PER_RAD: f32 = 10_000.0;
 pub struct AttitudeFrame {
     /// Time of validity, microseconds.
     pub t_us: u64,
-    /// `None` before the first alignment.
+    /// Angles; `None` before the attitude filter is first aligned by gravity.
     pub angles: Option<CompactAngles>,
 }
 
-/// Angles in steps of a 65,536th of a turn (0.0055 deg), nearest; standard deviations in steps of 0.0001 rad,
-/// nearest, never 0 for one that is not, and at most 6.55 rad.
+/// Angles rounded to steps of a 65,536th of a turn (0.0055 deg); standard deviations rounded to steps of 0.0001 rad,
+/// but to 0 only if they are 0, and at most 6.55 rad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CompactAngles {
     // Two bytes each: angles use all 16 bits, and most of them would take three as a varint.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Boot {
-    /// Version of kinds and payloads; see [`Boot::PROTOCOL`].
+    /// Version of frame kinds and payloads; see [`Boot::PROTOCOL`].
     pub protocol: u16,
     /// Unique number of the probe.
     pub probe: ProbeId,
@@ -20,8 +20,8 @@ pub struct Boot {
     pub watchdog_resets: u32,
     /// Number of the stored model that flies from the start; `None` for the factory's.
     pub restored_model: Option<u32>,
-    /// Motion, in seconds, that the filter had learnt from when that model was stored, and goes on from; `None` if it
-    /// begins anew.
+    /// Seconds of motion that the estimator had learnt from when that model was stored, and continues from; `None` if
+    /// it starts from its prior.
     pub goes_on_after_s: Option<f32>,
     /// Number of the first sample since the pipeline started afresh: with the program, or on a command that changes
     /// calibration.
@@ -33,8 +33,8 @@ pub struct Boot {
 }
 
 impl Boot {
-    /// Version of the protocol that this library speaks. A field that is added, removed or reordered makes another
-    /// one.
+    /// Version of the protocol that this library speaks. It changes with every field that is added, removed or
+    /// reordered.
     pub const PROTOCOL: u16 = 8;
 
     /// Version of this library.
@@ -44,7 +44,7 @@ impl Boot {
         decimal(env!("CARGO_PKG_VERSION_PATCH")),
     ];
 
-    /// Boot of this library, freshly powered, with the factory's model.
+    /// Boot of this library after power-on, with the factory's model.
     #[must_use]
     pub const fn new(config: Config) -> Self {
         Self {
@@ -84,7 +84,7 @@ pub enum ResetReason {
     Pin,
     /// Power sagged.
     BrownOut,
-    /// The chip does not say.
+    /// The chip does not state a reason.
     Unknown,
     /// A panic or a hard fault.
     Fault,

@@ -35,7 +35,7 @@ pub struct Health {
     pub stack_size_bytes: u32,
     /// Resets by the watchdog since power came.
     pub watchdog_resets: u32,
-    /// Time since when the present gyro model flies, microseconds; `None` since the start.
+    /// Instant from which the present gyro model flies, microseconds; `None`: since the start.
     pub model_since_us: Option<u64>,
     /// Results that newer ones replaced before the line had room.
     pub results_lost: u32,
@@ -58,7 +58,7 @@ pub struct Health {
 /// Findings of a self-test: the sensors as they read at rest, and the storage read anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SelfTest {
-    /// Faults of the latest sample: a sensor that is missing, clipped, frozen or not believed, or a driver's fault.
+    /// Faults of the latest sample: a sensor that is missing, clipped, frozen or not used, or a driver's fault.
     pub sensors: AttitudeFlags,
     /// True if the flash still holds all that was stored; `None` without a usable storage.
     pub storage_holds: Option<bool>,

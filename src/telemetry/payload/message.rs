@@ -28,9 +28,9 @@ pub enum Message {
     Dynamics(DrillingDynamics),
     /// Result of a window.
     Identification(Identification),
-    /// Effects and verdict.
+    /// Effects found by a diagnosis, with its verdict.
     Diagnosis(DiagnosisReport),
-    /// A magnet.
+    /// Interval in which a magnet was on the probe.
     HardIron(HardIronInterval),
     /// Counters, stack, overruns.
     Health(Health),
@@ -40,16 +40,16 @@ pub enum Message {
     Toolface(SlidingToolface),
     /// Vibration and shocks that the tool has taken so far.
     Dose(VibrationDose),
-    /// Part of the worst second.
+    /// Part of the raw samples of the second with the most vibration.
     Burst(BurstPart),
 }
 
-/// Reason for which a frame with a right check is no message.
+/// Reason for which a frame with a right CRC is no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PayloadError {
-    /// Another version's kind, or one of the other direction.
+    /// The kind belongs to another version, or to frames in the other direction.
     UnknownKind {
         /// Number of the kind.
         kind: u8,
@@ -97,7 +97,7 @@ impl Message {
     /// Decodes the payload of a frame.
     ///
     /// # Errors
-    /// The frame is another version's.
+    /// The frame comes from another version, or is a command.
     pub fn decode(frame: &Frame<'_>) -> Result<Self, PayloadError> {
         let unknown = PayloadError::UnknownKind { kind: frame.kind };
         let kind = Kind::of_number(frame.kind).ok_or(unknown)?;
@@ -122,7 +122,7 @@ impl Message {
     }
 }
 
-/// Number of the variant, as it goes over the line.
+/// Formats only the message's kind.
 #[cfg(all(feature = "defmt", target_os = "none"))]
 impl defmt::Format for Message {
     fn format(&self, f: defmt::Formatter<'_>) {

@@ -27,7 +27,7 @@ use crate::{
     telemetry::Kind,
 };
 
-/// Value with a frame of its own.
+/// Value that is sent in a frame of its own kind.
 pub trait Payload: serde::Serialize {
     /// Kind of its frame.
     const KIND: Kind;

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 /// Unique number of a probe's chip. It is no secret: the probe states it in every [`Boot`](super::Boot) and
-/// [`Health`](super::Health), and a command signed for one probe is none for another.
+/// [`Health`](super::Health), and a command signed for one probe is refused by another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub struct ProbeId(pub [u8; 12]);
 
 impl ProbeId {
-    /// Makes the number from the words of the chip.
+    /// Makes the number from the three words of the chip's unique number.
     #[must_use]
     pub const fn of_words(words: [u32; 3]) -> Self {
         let [[a, b, c, d], [e, f, g, h], [i, j, k, l]] =
@@ -17,7 +17,7 @@ impl ProbeId {
         Self([a, b, c, d, e, f, g, h, i, j, k, l])
     }
 
-    /// Parses the 24 hexadecimal digits as which it is displayed.
+    /// Parses the 24 hexadecimal digits that `Display` writes.
     #[must_use]
     pub fn of_digits(digits: &str) -> Option<Self> {
         let mut id = [0; 12];

@@ -14,7 +14,8 @@ pub struct RawSample {
 }
 
 impl RawSample {
-    /// Makes the sample as the pipeline takes it, [`Sample::sanitised`]: without NaN and infinity, which no text holds.
+    /// Makes the sample as the pipeline takes it, [`Sample::sanitised`]: without NaN and infinity, which a text file
+    /// cannot hold.
     #[must_use]
     pub fn of(number: u32, sample: &Sample) -> Self {
         Self { number, sample: sample.sanitised() }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Counters of sent and dropped frames. Full counters stay.
+/// Counters of sent and dropped frames, which stop at their largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LineCounters {
     /// Frames given to the line.
@@ -11,7 +11,7 @@ pub struct LineCounters {
     pub attitude_dropped: u32,
     /// Samples of a recording that were dropped.
     pub samples_dropped: u32,
-    /// Results that found no room when they were offered, first or again.
+    /// Attempts to push a result that found no room, repeated ones included.
     pub results_refused: u32,
 }
 
@@ -19,7 +19,7 @@ impl LineCounters {
     pub(super) const NONE: Self = Self { frames: 0, attitude_dropped: 0, samples_dropped: 0, results_refused: 0 };
 }
 
-/// Adds one; a full counter stays.
+/// Adds one to a counter, which stops at its largest value.
 pub(super) const fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

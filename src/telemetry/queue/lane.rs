@@ -4,7 +4,8 @@ use super::{super::MAX_PAYLOAD, MAX_FRAME, Payload, counters::count, encode_part
 use heapless::deque::{Deque, DequeView};
 use postcard::ser_flavors::Flavor;
 
-/// Header before each payload: its length, its kind, and the time at which it was pushed, microseconds, the low half.
+/// Header before each payload: its length, its kind, and the low 32 bits of the time at which it was pushed,
+/// microseconds.
 const ENTRY_HEADER: usize = 7;
 
 /// Reason for which a lane did not take a payload.
@@ -37,8 +38,8 @@ impl<const N: usize> Lane<N> {
         write(self.ring.as_mut_view(), now_us, payload)
     }
 
-    /// Takes a payload and drops the oldest ones for it, counting each; one that does not even fit alone is counted
-    /// itself.
+    /// Takes a payload and drops the oldest ones to make room. Counts each dropped payload, also this one if it does
+    /// not fit even alone.
     pub fn write_over<P: Payload>(&mut self, now_us: u64, payload: &P, forgotten: &mut u32) {
         while let Err(refused) = self.write(now_us, payload) {
             count(forgotten);
@@ -53,12 +54,12 @@ impl<const N: usize> Lane<N> {
         forget_oldest(self.ring.as_mut_view());
     }
 
-    /// Returns true if the oldest has waited for longer.
+    /// Returns true if the oldest payload has waited for longer than `age_us`.
     pub fn oldest_is_over(&self, now_us: u64, age_us: u32) -> bool {
         entry(self.ring.as_view()).is_some_and(|entry| (now_us as u32).wrapping_sub(entry.pushed_us) > age_us)
     }
 
-    /// Makes a frame of the oldest and drops it.
+    /// Makes a frame of the oldest payload and drops the payload.
     pub fn take<'a>(&mut self, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
         take(self.ring.as_mut_view(), sequence, buffer)
     }
@@ -86,7 +87,7 @@ fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P) -> Resu
     finish(ring, start, written, P::KIND.number(), now_us as u32)
 }
 
-/// Puts the header before the payload that was written behind `start`, or takes the payload back.
+/// Puts the header before the payload that was written behind `start`, or removes a payload that does not fit.
 #[inline(never)]
 fn finish(ring: &mut DequeView<u8>, start: usize, written: bool, kind: u8, pushed_us: u32) -> Result<(), Refused> {
     let length = ring.storage_len().saturating_sub(start + ENTRY_HEADER);
@@ -114,12 +115,12 @@ fn forget_oldest(ring: &mut DequeView<u8>) {
 fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FRAME]) -> Option<&'a [u8]> {
     let Entry { length, kind, .. } = entry(ring)?;
     let (front, back) = ring.as_slices();
-    // `length` bytes behind the header, of each piece.
+    // Payload bytes (`length`, behind the header) in each of the ring's two pieces.
     let end = ENTRY_HEADER + length;
     let (in_front, behind) = (front.len().min(end), end.saturating_sub(front.len()));
     let parts =
         [front.get(ENTRY_HEADER.min(in_front)..in_front)?, back.get(ENTRY_HEADER.saturating_sub(front.len())..behind)?];
-    // A zero before the first frame cuts off what the line said before its probe started.
+    // A zero before the first frame separates it from bytes that were on the line before the probe started.
     let silence = usize::from(sequence == 0);
     *buffer.first_mut()? = 0;
     let encoded = encode_parts(kind, sequence, parts, buffer.get_mut(silence..)?).ok().map(<[u8]>::len);
@@ -129,9 +130,9 @@ fn take<'a>(ring: &mut DequeView<u8>, sequence: u16, buffer: &'a mut [u8; MAX_FR
 
 /// Writes a payload behind what is in the ring, with room for its header before it.
 ///
-/// It takes everything and remembers whether there was room, so that no error has to be looked at behind each number
-/// of a report. That, and one call for each number instead of an unrolled loop, halve the flash that all reports'
-/// encodings would take.
+/// The writer accepts every byte and remembers if room ran out, so that no error is checked after each number of a
+/// report. That, and one call for each number instead of an unrolled loop, halve the flash that all reports' encodings
+/// would take.
 struct Tail<'a> {
     ring: &'a mut DequeView<u8>,
     over: bool,
@@ -153,7 +154,7 @@ impl<'a> Tail<'a> {
 }
 
 impl Flavor for Tail<'_> {
-    /// True if there was room for all.
+    /// True if there was room for all bytes.
     type Output = bool;
 
     #[inline]

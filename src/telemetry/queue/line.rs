@@ -1,12 +1,12 @@
 //! Line of known bandwidth: the time from which it is free.
 
-/// Longest time that a line may lag behind its bandwidth, microseconds: a firmware that serves it at every sample is
-/// this late.
+/// Longest time that a line may lag behind its bandwidth, microseconds: a firmware that serves the line once a sample
+/// can be this late.
 const CATCH_UP_US: u64 = 10_000;
 
 /// Time from which a line of known bandwidth is free.
 pub(super) struct Line {
-    /// That time, microseconds.
+    /// Time from which the line is free, microseconds.
     free_us: u64,
 }
 
@@ -15,7 +15,7 @@ impl Line {
         Self { free_us: 0 }
     }
 
-    /// The clock has gone back: it is free.
+    /// Frees the line, because the clock has gone back.
     pub const fn clock_went_back(&mut self) {
         self.free_us = 0;
     }
@@ -24,7 +24,7 @@ impl Line {
         now_us >= self.free_us
     }
 
-    /// Sends so many bytes; a line without bandwidth is never free again.
+    /// Books the sending of `bytes`; with a bandwidth of 0 the line is never free again.
     pub fn send(&mut self, now_us: u64, bytes: usize, bytes_per_s: u32) {
         let micros = (bytes as u64).saturating_mul(1_000_000);
         let duration_us = match bytes_per_s {

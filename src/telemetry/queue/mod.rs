@@ -15,7 +15,7 @@ use counters::count;
 use lane::{Lane, Refused};
 use line::Line;
 
-/// Size of the lane of answers, bytes: a report of health, of 211 at most, and the answer to a command.
+/// Size of the lane of answers, bytes: a report of health, of 211 bytes at most, and the answer to a command.
 const ANSWERS: usize = 256;
 
 /// Reason for which a message was not taken.
@@ -25,7 +25,7 @@ const ANSWERS: usize = 256;
 pub enum PushError {
     /// There is no room now; try again when the line has taken something.
     Full,
-    /// There is never room for it.
+    /// The message is longer than its lane: it never fits.
     TooLong,
 }
 
@@ -40,13 +40,13 @@ impl core::fmt::Display for PushError {
 
 impl core::error::Error for PushError {}
 
-/// Frames that wait for a line that may be slower than the messages. Four lanes of so many bytes; the first one with
-/// a frame sends it, samples and attitudes in turns:
+/// Frames that wait for a line that may be slower than the messages. It has four lanes, with sizes in bytes; the first
+/// lane below that holds a frame sends it, samples and attitudes in turns:
 ///
-/// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is dropped for another: one that finds no
-///   room stays with the caller ([`PushError::Full`]), and is counted.
-/// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. However much a host asks, it keeps no
-///   result out.
+/// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is dropped for another: a result that finds
+///   no room stays with the caller ([`PushError::Full`]), and is counted.
+/// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. The requests of a host so never take the
+///   room of results.
 /// - `SAMPLES`: a recording. The oldest is dropped when there is no room, and is counted.
 /// - `ATTITUDE`: the stream. The oldest is dropped when there is no room or when it is older than
 ///   [`StreamConfig::max_age_us`], and is counted.
@@ -67,7 +67,7 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
     attitude: Lane<ATTITUDE>,
     /// True if the frame that was last taken from the lanes of samples and attitudes was a sample: they take turns.
     sample_was_last: bool,
-    /// Outputs since the last one that was taken.
+    /// Outputs since the last one that was queued.
     skipped: u16,
     sequence: u16,
     counters: LineCounters,
@@ -102,7 +102,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         Ok(())
     }
 
-    /// The clock has gone back: the line is free at once, and what waits counts as new.
+    /// Frees the line at once, because the clock has gone back. Attitudes that wait may then count as too old.
     pub const fn clock_went_back(&mut self) {
         self.line.clock_went_back();
     }
@@ -140,7 +140,8 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
     /// Takes a result or an answer.
     ///
     /// # Errors
-    /// There is no room; the caller keeps it and tries again, or gives it up. Both are counted as refused.
+    /// There is no room, or never will be; the caller keeps the message to try again, or gives it up. It is counted as
+    /// refused.
     pub fn push_result<P: Payload>(&mut self, now_us: u64, result: &P) -> Result<(), PushError> {
         let written = match P::KIND {
             Kind::Health | Kind::Acknowledgement => self.answers.write(now_us, result),
@@ -155,7 +156,7 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         Err(pushed)
     }
 
-    /// Takes the output of a sample for the stream if it is its turn.
+    /// Queues every [`StreamConfig::attitude_every`]th output for the stream.
     pub fn push_attitude(&mut self, now_us: u64, output: &Output) {
         self.skipped = self.skipped.saturating_add(1);
         if self.config.attitude_every == 0 || self.skipped < self.config.attitude_every {

@@ -23,7 +23,7 @@ pub enum AttitudeFormat {
 pub struct StreamConfig {
     /// Bandwidth, bytes per second; 100 to 10,000,000. Default 10,368: nine tenths of 115,200 baud with 10 bits a byte.
     pub bytes_per_s: u32,
-    /// Decimation: one output of so many is sent; 0 sends none, at most 10,000. Default 20: 10 a second of 200.
+    /// Decimation: one output in this many is sent; 0 sends none; at most 10,000. Default 20: 10 a second at 200 Hz.
     pub attitude_every: u16,
     /// Format of an attitude.
     pub attitude_format: AttitudeFormat,
@@ -32,7 +32,7 @@ pub struct StreamConfig {
 }
 
 impl StreamConfig {
-    /// All zero, for a static before its configuration.
+    /// All-zero settings of a static before it is configured.
     pub(super) const UNSET: Self =
         Self { bytes_per_s: 0, attitude_every: 0, attitude_format: AttitudeFormat::Compact, max_age_us: 0 };
 

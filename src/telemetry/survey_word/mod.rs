@@ -35,18 +35,17 @@ static CHECK: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_7_MMC);
 const CHECK_BITS: u32 = 7;
 /// Bits before the check.
 const DATA_BITS: u32 = 73;
-/// Distance in the content of bits that follow each other on the line: a burst then hits all quantities, and a receiver
-/// that knows some of them sees it. A number coprime to [`DATA_BITS`], near 3/8 of it.
+/// Distance in the content between bits that are neighbours on the line: a burst of errors then hits all quantities,
+/// and a receiver that expects some of them notices. It is coprime to [`DATA_BITS`] and near 3/8 of it.
 const STRIDE: u32 = 28;
 
 /// Content of a packed survey.
 ///
-/// Content from its most significant bit on: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating),
-/// grade (2: 0 not judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1
-/// magnetic), [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`]. On the line its bits
-/// come with a stride: first the least significant one, then those 28, 56, 84 mod 73, .. places above it. The check of
-/// these 73 bits in that order follows. A line that is stuck
-/// at 0 or at 1 says no survey.
+/// Content from its most significant bit on: kind of survey (2 bits: 1 continuous, 2 stationary, 3 rotating), grade (2:
+/// 0 not judged, 1 good, 2 doubtful, 3 bad), [`INCLINATION`], [`AZIMUTH`], toolface's kind (1: 0 gravity, 1 magnetic),
+/// [`TOOLFACE`], [`GRAVITY_M_S2`], [`FIELD_UT`], [`DIP`], [`TEMPERATURE_C`]. On the line its bits come with a stride:
+/// first the least significant one, then those 28, 56, 84 mod 73, .. places above it. The check of these 73 bits in
+/// that order follows. A line that is stuck at 0 or at 1 gives no valid survey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyWord {
     /// Kind of the survey.
@@ -129,7 +128,7 @@ impl SurveyWord {
     /// Unpacks a survey.
     ///
     /// # Errors
-    /// The bytes were damaged, or are no survey.
+    /// The bytes were damaged, or hold no kind of survey.
     pub fn unpack(word: &[u8; SURVEY_WORD_BYTES]) -> Result<Self, SurveyWordError> {
         let mut bits = Bits::of(word);
         let check = bits.pop(CHECK_BITS);
@@ -137,7 +136,7 @@ impl SurveyWord {
             return Err(SurveyWordError::Damaged);
         }
         let mut bits = bits.gathered();
-        // The last field comes first.
+        // Fields are popped in reverse order.
         let temperature_c = bits.pop_quantity(&TEMPERATURE_C);
         let dip_rad = bits.pop_quantity(&DIP);
         let field_ut = bits.pop_quantity(&FIELD_UT);
@@ -173,7 +172,7 @@ impl SurveyWord {
     }
 }
 
-/// Up to 80 bits, the latest at the end.
+/// Up to 80 bits; the last one pushed is the least significant.
 struct Bits(u128);
 
 impl Bits {
@@ -181,12 +180,12 @@ impl Bits {
         Self(word.iter().fold(0, |bits, &byte| bits << 8 | u128::from(byte)))
     }
 
-    /// Content in the order of the line.
+    /// Returns the content, reordered as it goes over the line.
     fn spread(&self) -> Self {
         Self((0..DATA_BITS).fold(0, |line, k| line << 1 | self.0 >> (STRIDE * k % DATA_BITS) & 1))
     }
 
-    /// Content from the order of the line.
+    /// Returns the content of bits in the order of the line.
     fn gathered(&self) -> Self {
         let bit = |k: u32| (self.0 >> (DATA_BITS - 1 - k) & 1) << (STRIDE * k % DATA_BITS);
         Self((0..DATA_BITS).map(bit).fold(0, |content, bit| content | bit))
@@ -211,7 +210,7 @@ impl Bits {
         quantity.reading(code)
     }
 
-    /// Zeros before the first bit change no check that begins with zero.
+    /// Returns the bits as ten bytes: leading zeros do not change a CRC that starts at zero.
     fn bytes(&self) -> [u8; SURVEY_WORD_BYTES] {
         let [.., a, b, c, d, e, f, g, h, i, j] = self.0.to_be_bytes();
         [a, b, c, d, e, f, g, h, i, j]

@@ -19,8 +19,8 @@ pub enum Reading {
 /// Map of a number to a few bits.
 ///
 /// The highest of the 2^n codes of n bits means missing. A linear quantity has the two codes under it for below and
-/// above its range and spreads the rest from its least to its greatest value, both included; an angle has all the
-/// rest, from 0 on.
+/// above its range and spreads the rest from its least to its greatest value, both included; an angle uses all other
+/// codes, from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     bits: u32,
@@ -44,7 +44,7 @@ impl Quantity {
         self.bits
     }
 
-    /// Returns the least and the greatest value that have codes; any angle has one.
+    /// Returns the least and the greatest value that have codes; angles outside are wrapped.
     #[must_use]
     pub const fn range(&self) -> [f32; 2] {
         [self.least, self.greatest]
@@ -68,7 +68,7 @@ impl Quantity {
         self.missing() - 2
     }
 
-    /// Returns the number of steps in the range: between the ends, or around.
+    /// Returns the number of steps between the ends of the range, or around a whole turn.
     const fn steps(&self) -> u16 {
         if self.whole_turn { self.missing() } else { self.missing() - 3 }
     }

@@ -1,9 +1,10 @@
-//! Receiver of survey words: what a check of seven bits cannot tell, the earth, the last station and a repetition do.
+//! Receiver of survey words. The reference of the earth, the last station and repetitions back up the check of seven
+//! bits.
 //!
 //! The check lets 0.6 % of random words pass. Few of those have the place's gravity, field and dip, and a direction
-//! that a hole can have after the last station's. A word that has not may still be true: a magnet is near, or a station
-//! was left out. It is then told as doubted, until the same word comes again. Repetitions of a word that was damaged
-//! are added up, bit by bit.
+//! that a hole can have after the last station's. A word outside these ranges may still be true: a magnet is near, or a
+//! station was left out. It is reported as doubted, until the same word comes again. Repetitions of a damaged word are
+//! added up, bit by bit.
 
 use super::{Reading, SURVEY_WORD_BYTES, SurveyWord, SurveyWordError};
 use crate::config::{Earth, SurveyLimits};
@@ -12,8 +13,8 @@ use core::f32::consts::TAU;
 /// Bits of a word.
 pub const SURVEY_WORD_BITS: usize = 8 * SURVEY_WORD_BYTES;
 
-/// Evidence for each bit of a word, the first bit of the first byte first: over 0 for a 1, under 0 for a 0, 0 for a
-/// bit of which nothing is known. Sizes compare evidence; a decoder that knows only bits gives 1 and -1.
+/// Evidence for each bit of a word, the first bit of the first byte first: over 0 for a 1, under 0 for a 0, 0 for a bit
+/// of which nothing is known. Larger magnitudes are stronger evidence; a decoder that knows only bits gives 1 and -1.
 pub type SoftWord = [i8; SURVEY_WORD_BITS];
 
 /// Returns the evidence of a word of which only the bits are known.
@@ -31,9 +32,10 @@ pub fn soft(word: &[u8; SURVEY_WORD_BYTES]) -> SoftWord {
 /// Range in which a received word is plausible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Gravity, field and dip of the place; those that are `None` are not looked at.
+    /// Gravity, field and dip of the place; those that are `None` are not checked.
     pub earth: Earth,
-    /// Differences from them; beyond `bad_over_limit` times a limit, and the step of the quantity, a word is doubted.
+    /// Limits of the differences from `earth`; beyond `bad_over_limit` times a limit, plus the step of the quantity, a
+    /// word is doubted.
     pub limits: SurveyLimits,
     /// Largest turn of the hole since the last station, radians: its spacing by the dogleg that the assembly can make.
     pub turn_rad: f32,
@@ -45,7 +47,7 @@ pub struct Expected {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub enum Received {
-    /// Survey to go by: it looks as expected, or came twice.
+    /// Accepted survey: it is as expected, or came twice.
     Survey(SurveyWord),
     /// The check is right, but the survey does not look as expected: ask for another.
     Doubted(SurveyWord),
@@ -68,12 +70,12 @@ impl SurveyReceiver {
         Self { expected, last_rad: None, sums: [0; SURVEY_WORD_BITS], words: 0, doubted: None }
     }
 
-    /// Sets what the next words should look like, as another spacing of stations allows another turn.
+    /// Sets the range of the next words, for instance when another spacing of stations allows another turn.
     pub const fn expect(&mut self, expected: Expected) {
         self.expected = expected;
     }
 
-    /// Begins the next survey: the words that follow repeat no earlier one.
+    /// Begins the next survey: earlier words are forgotten, as the next ones do not repeat them.
     pub const fn begin(&mut self) {
         self.sums = [0; SURVEY_WORD_BITS];
         self.words = 0;
@@ -100,7 +102,7 @@ impl SurveyReceiver {
         }
     }
 
-    /// A sum repeats the words in it, so that only a word of its own confirms a doubted one.
+    /// Judges a word. A sum contains the words before it, so that only a single word (`own`) confirms a doubted one.
     fn judge(&mut self, bits: [u8; SURVEY_WORD_BYTES], own: bool) -> Result<Received, SurveyWordError> {
         let survey = SurveyWord::unpack(&bits)?;
         let confirmed = own && self.doubted == Some(bits);

@@ -7,14 +7,14 @@ use meerkat_mwd::{
 };
 use semihosting::{fs::File, io::Read};
 
-/// More than the encoding ever takes.
+/// Room for the file, bytes: more than the encoding ever takes.
 const LONGEST: usize = 1024;
 
 pub struct Boot {
     pub settings: Settings,
     /// Playback of the sensors' file.
     pub sensors: Recording,
-    /// A defect to play.
+    /// Hang to simulate.
     pub hang: Option<Hang>,
     /// Words programmed and sectors erased before the power is cut.
     pub power_cut_after: Option<u32>,
@@ -62,7 +62,7 @@ impl Boot {
         Ok(Self { settings, sensors, hang, power_cut_after })
     }
 
-    /// The factory's records go before the file's.
+    /// Replaces the file's settings by the factory's records, where there are any.
     pub fn provisioned(&mut self, records: &FactoryRecords) {
         let Settings { config, survey, key, .. } = &mut self.settings;
         if let Some(calibration) = &records.calibration {

@@ -41,7 +41,7 @@ impl FileFlash {
         Some(Self { file, bytes, left: power_cut_after })
     }
 
-    /// One word or sector more; the power goes when there is none left.
+    /// Counts one word or sector more; returns false if the power goes in it.
     fn spend(&mut self) -> bool {
         match &mut self.left {
             None => true,

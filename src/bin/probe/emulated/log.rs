@@ -1,5 +1,5 @@
-//! The log, in defmt's encoding, by semihosting into `log.bin`: what the program prints at its end has the standard
-//! output.
+//! The log, in defmt's encoding, by semihosting into `log.bin`: the standard output is for what the program prints at
+//! its end.
 
 use core::cell::UnsafeCell;
 use critical_section::RestoreState;
@@ -28,7 +28,7 @@ unsafe impl Sync for Shared {}
 static SHARED: Shared =
     Shared(UnsafeCell::new(State { encoder: Encoder::new(), file: None, interrupts: RestoreState::invalid() }));
 
-/// At its end: what was logged before a reset stays. (QEMU takes no notice of a mode that appends.)
+/// Opens the file at its end: the log from before a reset stays. (QEMU takes no notice of a mode that appends.)
 fn open() -> Option<File> {
     let mut file = OpenOptions::new().write(true).append(true).create(true).open(c"log.bin").ok()?;
     file.seek(SeekFrom::End(0)).ok()?;
@@ -37,7 +37,7 @@ fn open() -> Option<File> {
 
 impl State {
     fn write(file: &mut Option<File>, bytes: &[u8]) {
-        // A log that cannot be written is no reason not to fly.
+        // A log that cannot be written is dropped: the probe flies on.
         let _ = file.as_mut().map(|file| file.write_all(bytes));
     }
 }

@@ -41,7 +41,7 @@ impl Modelled {
     }
 }
 
-/// The interrupt's side.
+/// State of the interrupt that reads the sensors.
 struct Sensors {
     file: File,
     player: &'static mut RecordingPlayer<'static, WORDS>,
@@ -58,7 +58,7 @@ unsafe impl Send for Sensors {}
 static SENSORS: Mutex<Cell<Option<Sensors>>> = Mutex::new(Cell::new(None));
 static OVER: AtomicBool = AtomicBool::new(false);
 
-/// Before the clock: the parts are switched on, and settle.
+/// Switches the parts on and lets them settle. Call it before the sample clock starts.
 #[inline(never)]
 pub fn start(
     modelled: &'static mut Modelled,
@@ -112,20 +112,20 @@ impl Sensors {
         while self.rounds < rounds {
             self.rounds += 1;
             let Some(truth) = read(&mut self.file) else { return OVER.store(true, Ordering::Relaxed) };
-            // The moment of the tick, not of its service: that is when a sensor latches its reading.
+            // The time of the tick, not of its service: a sensor latches its reading then.
             self.player.pass_to(&Sample { t_us: self.rounds * u64::from(self.period_us), ..truth });
             self.acquisition.put(serve(self.player));
         }
     }
 }
 
-/// A function of its own, so that the adapters are counted as the firmware and not as what stands for hardware.
+/// A function of its own, so that the adapters are counted as firmware and not as models of hardware.
 #[inline(never)]
 fn serve(player: &mut RecordingPlayer<'static, WORDS>) -> Sample {
     player.service()
 }
 
-/// The next truth; `None`: the recording is over.
+/// Returns the next truth; `None`: the recording is over.
 fn read(file: &mut File) -> Option<Sample> {
     let mut record = [0; RECORD];
     let mut used = 0;

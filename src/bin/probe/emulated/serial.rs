@@ -14,7 +14,7 @@ const BUFFER: u64 = 512;
 
 pub struct Serial {
     bytes_per_s: u32,
-    /// Bytes given to the line, those that it could have sent while it had none among them.
+    /// Bytes given to the line, with those that it could have sent while it had none.
     given: u64,
 }
 

@@ -4,14 +4,14 @@
 use crate::reset_record::{self, Asked};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// Longest round of the program, microseconds: that of the fastest watchdog of a real board.
+/// Longest time without a feed, microseconds: that of the fastest watchdog of a real board.
 const PATIENCE_US: u32 = 1_000_000;
 
-/// The same in rounds of the sample clock, and those that are left.
+/// That time in rounds of the sample clock, and the rounds left until the reset.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 static LEFT: AtomicU32 = AtomicU32::new(0);
 
-/// Before the sample clock.
+/// Starts the watchdog. Call it before the sample clock starts.
 pub fn start(period_us: u32) {
     ROUNDS.store(PATIENCE_US.checked_div(period_us).unwrap_or(0), Ordering::Relaxed);
     feed();
@@ -21,7 +21,7 @@ pub fn feed() {
     LEFT.store(ROUNDS.load(Ordering::Relaxed), Ordering::Relaxed);
 }
 
-/// One round less; resets when none is left.
+/// Counts a round; resets when none is left.
 pub fn count_down() {
     match LEFT.load(Ordering::Relaxed) {
         0 => reset_record::reset(Asked::Watchdog),

@@ -1,4 +1,4 @@
-//! The parts on their buses.
+//! Sensors on their SPI buses.
 
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use meerkat_mwd::sensors::{

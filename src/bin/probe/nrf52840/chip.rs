@@ -1,4 +1,4 @@
-//! Part of a board with sensors that is the chip's own.
+//! Chip-specific part of a board with sensors.
 
 pub use super::{
     acquisition::{Inertial, Magnetic},

@@ -24,10 +24,10 @@ mod symbols {
 /// The models' pages.
 pub struct ModelFlash(Nvmc<NVMC>);
 
-/// The factory's.
+/// The factory's pages.
 pub struct FactoryFlash(Nvmc<NVMC>);
 
-/// Both; once, for there is one `NVMC`.
+/// Returns both regions; once, for there is one `NVMC`.
 pub fn split(nvmc: NVMC) -> (ModelFlash, FactoryFlash) {
     let start = &raw mut symbols::_storage_start;
     // SAFETY: the linker keeps these bytes free of everything else, the owner of the only `NVMC` comes here once, and
@@ -94,7 +94,7 @@ impl NorFlash for FactoryFlash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE;
 
-    /// Nothing erases what the factory wrote.
+    /// Refuses: nothing erases what the factory wrote.
     fn erase(&mut self, _from: u32, _to: u32) -> Result<(), NvmcError> {
         Err(NvmcError::OutOfBounds)
     }

@@ -1,4 +1,5 @@
-//! The line's interrupt: UART0, byte by byte (the same port by DMA, UARTE0, would need its buffers waited for).
+//! Interrupt of the line's serial port, UART0, byte by byte (the same port by DMA, UARTE0, would need its buffers
+//! waited for).
 
 use core::cell::RefCell;
 use cortex_m::peripheral::NVIC;
@@ -48,7 +49,7 @@ pub fn start(
     }
 }
 
-/// There is something to send.
+/// Starts the interrupt: there is something to send.
 pub fn wake() {
     NVIC::pend(Interrupt::UARTE0_UART0);
 }

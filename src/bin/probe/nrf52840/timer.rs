@@ -7,7 +7,7 @@ use nrf52840_hal::pac::{Interrupt, TIMER0, interrupt};
 /// 16 MHz over 2 to this power: 1 MHz.
 const PRESCALER: u8 = 4;
 
-/// Starts it. It goes round, and its interrupt comes, once a sample period.
+/// Starts the timer. It wraps, and its interrupt comes, once a sample period.
 pub fn start(timer: TIMER0, period_us: u32) {
     timer.mode.write(|w| w.mode().timer());
     timer.bitmode.write(|w| w.bitmode()._32bit());
@@ -41,7 +41,7 @@ mod clock {
 
     pub static TIMER: Mutex<RefCell<Option<TIMER0>>> = Mutex::new(RefCell::new(None));
 
-    /// Rounds, microseconds in this one, microseconds of one.
+    /// Returns the rounds, the microseconds in this round, and those of a whole round.
     pub fn read() -> (u64, u32, u32) {
         let mut period = 0;
         let (rounds, within) = sample_clock::rounds_and(|| {

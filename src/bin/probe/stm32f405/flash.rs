@@ -78,7 +78,7 @@ impl NorFlash for FactoryFlash {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = SECTOR;
 
-    /// Nothing erases what the factory wrote.
+    /// Refuses: nothing erases what the factory wrote.
     fn erase(&mut self, _from: u32, _to: u32) -> Result<(), FlashError> {
         Err(FlashError::Refused)
     }
@@ -147,7 +147,7 @@ impl ModelFlash {
         Ok(())
     }
 
-    /// RM0090 section 3.6.1.
+    /// Unlocks the flash (RM0090 section 3.6.1).
     fn unlock(&mut self) {
         if self.0.cr().read().lock().bit_is_set() {
             for key in [0x4567_0123, 0xCDEF_89AB] {
@@ -158,7 +158,7 @@ impl ModelFlash {
         }
     }
 
-    /// 32 bits at a time (section 3.6.3): 500 ms at most, where bytes take 800 (DS8626, flash memory
+    /// Erases 32 bits at a time (section 3.6.3): 500 ms at most, where bytes take 800 ms (DS8626, flash memory
     /// programming).
     fn erase_sector(&mut self, sector: u8) -> Result<(), FlashError> {
         self.unlock();
@@ -171,7 +171,7 @@ impl ModelFlash {
         self.finish()
     }
 
-    /// 32 bits at a time, which 2.7 to 3.6 V allow (section 3.6.2): a quarter of the time that bytes take.
+    /// Programs 32 bits at a time, which 2.7 to 3.6 V allow (section 3.6.2): a quarter of the time that bytes take.
     fn program(&mut self, address: usize, word: u32) -> Result<(), FlashError> {
         self.0.cr().modify(|_, w| w.psize().variant(PSIZE::Psize32).ser().clear_bit().pg().set_bit());
         // SAFETY: the address is an aligned word of the models' or the factory's sectors, in which there is no code;
@@ -183,13 +183,13 @@ impl ModelFlash {
         self.finish()
     }
 
-    /// Waits until the chip has done it.
+    /// Waits until the chip has programmed or erased.
     fn finish(&mut self) -> Result<(), FlashError> {
         while self.0.sr().read().bsy().bit_is_set() {}
         let status = self.0.sr().read();
         let refused = status.pgserr().bit() || status.pgperr().bit() || status.pgaerr().bit() || status.wrperr().bit();
         if refused {
-            // A one clears; then locked again.
+            // Writing a one clears an error; then the flash is locked again.
             self.0.sr().modify(|_, w| {
                 w.pgserr().clear_bit_by_one();
                 w.pgperr().clear_bit_by_one();
@@ -202,7 +202,7 @@ impl ModelFlash {
         Ok(())
     }
 
-    /// The data cache still has what was there before (section 3.5.2).
+    /// Resets the data cache, which still has what the flash held before (section 3.5.2).
     fn forget_cached(&mut self) {
         if self.0.acr().read().dcen().bit_is_set() {
             self.0.acr().modify(|_, w| w.dcen().clear_bit());

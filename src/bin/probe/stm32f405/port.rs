@@ -1,4 +1,4 @@
-//! The line's interrupt.
+//! Interrupt of the line's serial port, USART1.
 
 use core::cell::RefCell;
 use cortex_m::peripheral::NVIC;
@@ -34,7 +34,7 @@ pub fn start(line: Serial<USART1>, outgoing: Consumer<'static, u8>, incoming: Pr
     }
 }
 
-/// There is something to send.
+/// Starts the interrupt: there is something to send.
 pub fn wake() {
     NVIC::pend(Interrupt::USART1);
 }

@@ -1,5 +1,5 @@
-//! Where the samples come from: register models of the sensors, played the recording, and the adapters on them; or
-//! the recording itself.
+//! Source of the samples: register models of the sensors, played the recording, and the adapters on them; or the
+//! recording itself.
 
 use super::{
     fault::Fault,
@@ -21,7 +21,7 @@ const WORDS: usize = 16;
 
 /// Memory of the models that stand for the hardware.
 pub type Parts = MaybeUninit<ModelledParts<WORDS>>;
-/// The adapters on it.
+/// Memory of the adapters on the models.
 pub type Player = MaybeUninit<RecordingPlayer<'static, WORDS>>;
 
 pub struct Sensors {
@@ -57,7 +57,7 @@ impl Sensors {
         Ok(Some(sample))
     }
 
-    /// Prints what it took; the host reads it.
+    /// Prints the instructions and losses of the sampling; the host reads the line.
     pub fn print(&self, counter: &InstructionCounter) {
         let Some((parts, player)) = &self.played else { return };
         let cost = counter.cost(&self.tally);

@@ -26,7 +26,7 @@ impl TraceReader {
         Ok(Self { file, buffer, start: 0, end: 0, at_end_of_file: false })
     }
 
-    /// The next item; `None` at the end of the file.
+    /// Returns the next item; `None` at the end of the file.
     pub fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>, Fault> {
         while self.end - self.start < LONGEST_ITEM && !self.at_end_of_file {
             self.refill()?;

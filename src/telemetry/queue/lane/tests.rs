@@ -1,4 +1,4 @@
-//! Every order of a few payloads through a small lane, beside a list of them.
+//! Tests every order of a few operations on a small lane against a plain list of payloads.
 
 use super::*;
 use crate::telemetry::{Frame, FrameDecoder, Kind};
@@ -6,11 +6,11 @@ use crate::telemetry::{Frame, FrameDecoder, Kind};
 /// Bytes of the lane: two short payloads, or a long one; the ring's ends meet at every byte.
 const ROOM: usize = 31;
 const LENGTHS: [usize; 4] = [0, 3, 11, ROOM];
-/// A payload of each length; one in place of others; the oldest taken; the oldest forgotten.
+/// Operations: write a payload of each length; write over the oldest; take the oldest; drop the oldest.
 const CHOICES: usize = LENGTHS.len() + 3;
 const STEPS: u32 = if cfg!(miri) { 3 } else { 7 };
 
-/// So many bytes that are all this one.
+/// Payload: a byte, repeated this many times.
 struct Bytes(u8, usize);
 
 impl serde::Serialize for Bytes {
@@ -28,7 +28,7 @@ impl Payload for Bytes {
     const KIND: Kind = Kind::Sample;
 }
 
-/// Content that the lane should have.
+/// Payloads that the lane should hold: byte and length.
 type Listed = heapless::Deque<(u8, usize), 8>;
 
 fn used(listed: &Listed) -> usize {
