@@ -18,7 +18,7 @@ use embedded_storage::nor_flash::NorFlash;
 /// Sectors of the ring in flash.
 const SECTORS: usize = 3;
 
-/// Calls of [`ModelStore::prepare`] after which the preparation of a flash that is still not ready ends.
+/// Calls of [`ModelStore::prepare`] after which a flash that is still not ready is told to be full.
 const MOST_PREPARATIONS: u8 = 16;
 
 /// The ring of sectors in flash, and the model on its way into it.
@@ -68,7 +68,7 @@ impl<F: NorFlash> Memory<F> {
                 return Ok(());
             }
         }
-        Ok(())
+        Err(StorageError::Full)
     }
 
     /// Flies the stored model whose temperature is nearest to that of the first sample, which is not pushed yet.

@@ -35,8 +35,8 @@ pub struct SurveyReport {
     pub survey: Survey,
     /// Quality: |G|, |B| and dip against their references.
     pub quality: Quality,
-    /// Mean readings. For a rotating survey the components across the axis are in the frame that does not turn, and raw
-    /// means are zero.
+    /// Mean readings. For a rotating survey the components across the axis are in the frame that does not turn, and
+    /// there are no raw means.
     pub averages: SixAxisAverages,
 }
 

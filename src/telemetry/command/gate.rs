@@ -15,7 +15,7 @@ use crate::{
 pub const MAX_COUNTER_STEP: u64 = 1 << 32;
 
 /// Answers to hosts without the key: eight at once, then four a second. The longest, with the name of a field, takes
-/// 72 bytes of the line, the usual one 13: at most 3 % of 10,368 bytes a second, and a tenth of that for most.
+/// 72 bytes of the line, the usual one 13: at most 3 % of 10,368 bytes a second, and a fifth of that for most.
 const ANSWERS: Rate = Rate { interval_us: 250_000, at_once: 8 };
 
 /// Reports that hosts without the key may ask for, such as the boot before a recording (530 bytes and more): four at
