@@ -1,7 +1,7 @@
 //! Quantile of a few values.
 
-/// Value below which `share` (0 to 1) of the values lie: the upper of two, 0 of none. Sorts the values in
-/// place by insertion, because they are about a hundred and this sort cannot panic.
+/// Value below which `share` (0 to 1) of the values lie: the upper of two neighbours; 0 for no values. Sorts the values
+/// in place by insertion, because they are about a hundred and this sort cannot panic.
 pub(crate) fn quantile(values: &mut [f32], share: f32) -> f32 {
     for sorted in 1..values.len() {
         let mut place = values.get_mut(..=sorted).unwrap_or_default();

@@ -1,18 +1,18 @@
-//! The first attitude, at a start and after a turn that nobody saw: from the mean force and field over seconds,
-//! turned to their beginning.
+//! First attitude at a start, and new attitude after a turn that no sensor saw: from specific force and field, averaged
+//! over seconds in the body frame of their beginning.
 
 use super::{
     preintegration::Preintegration,
     real::{M3, Real, V3, identity, zero3, zero33},
 };
 
-/// Seconds over which force and field are averaged at a start. What moves within a metre a second has a mean
-/// acceleration of 0.5 m/s^2 over two seconds: 3 deg. From one instant the filter would converge to a wrong point.
+/// Seconds over which force and field are averaged at a start. A probe that moves within 1 m/s has a mean acceleration
+/// of 0.5 m/s^2 over two seconds: 3 deg. From one instant the filter would converge to a wrong point.
 const START_S: f32 = 2.0;
-/// The same after a gap, when P and b are known and the field's heading is.
+/// Seconds of the average after a gap: fewer, because P, b and the field's heading are known by then.
 pub(super) const AFTER_GAP_S: f32 = 1.0;
 
-/// Sums over the nodes since the start or the turn.
+/// Sums over the nodes since the average began.
 #[derive(Clone, Copy)]
 pub(super) struct Alignment<T> {
     seconds: T,
@@ -31,7 +31,7 @@ impl<T: Real> Alignment<T> {
         self.rotation = identity();
     }
 
-    /// Adds a node; a node without force begins it anew. Whether there is enough.
+    /// Adds a node; one without force restarts the average. Returns true once the average is long enough.
     pub fn add(&mut self, pre: &Preintegration<T>, after_gap: bool) -> bool {
         if pre.forces < pre.increments {
             self.start();
@@ -44,7 +44,8 @@ impl<T: Real> Alignment<T> {
         self.seconds >= T::of(if after_gap { AFTER_GAP_S } else { START_S })
     }
 
-    /// Mean force and field, of any length, as the body has them now; the field is zero where there was none.
+    /// Directions of mean force and mean field (the lengths mean nothing), in the body's present frame; the field is
+    /// zero if none was read.
     pub fn vectors(&self) -> [V3<T>; 2] {
         let back = self.rotation.transpose();
         [back * self.velocity, back * self.field]

@@ -1,5 +1,5 @@
-//! The estimator's own attitude at an instant of the samples' time, with its covariance: P, bias and the errors of the
-//! vector sensors are estimated beside it, so that no wrong model has turned it.
+//! The estimator's own attitude at a sample's time, with its covariance. P, bias and the errors of the vector sensors
+//! are estimated beside it, so that no wrong gyro model has turned it.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
@@ -25,18 +25,19 @@ pub struct KnownAttitude {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Asks for the attitude of this instant, at which [`Estimator::push`] returned true.
+    /// Asks for the attitude at the time of the last [`Estimator::push`], which must have returned true.
     pub fn look(&mut self) {
         self.known_attitude.clear();
         self.waiting.push(Item::Look);
     }
 
-    /// Attitude that was asked for last; `None` until the work has come so far, and where there is none.
+    /// Attitude that [`Estimator::look`] asked for last; `None` until [`Estimator::step`] has worked up to its time,
+    /// and if the attitude or its heading is unknown there.
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.known_attitude.first()
     }
 
-    /// Notes the attitude now, after all increments that were taken and the one that is held.
+    /// Notes the attitude at the end of the latest increment, which may still wait for its successor.
     pub(super) fn note_attitude(&mut self) {
         self.known_attitude.clear();
         let field = self.node.field;

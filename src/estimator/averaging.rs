@@ -6,8 +6,8 @@
 //! taken out of it (`levels`), for each of their widths; what is left of P and b is averaged over the inflations and
 //! the scales along P's eigenvectors (`directions`) and added up (`mixture`).
 //!
-//! Of the 243 sets of widths those near the likeliest are looked at: it and all that differ from it in one group. Where
-//! one of these turns out likelier, those near that one follow. The next average begins where this one ends.
+//! Only the sets of widths near the likeliest of the 243 are evaluated: that set and all that differ from it in one
+//! group. If one of these is likelier, the sets near it follow. The next average begins where this one ends.
 
 #![allow(clippy::indexing_slicing)] // Constant indices into threes.
 
@@ -30,11 +30,11 @@ use core::ops::Range;
 use levels::{Levels, Slices, copy};
 use mixture::Sum;
 
-/// P and b.
+/// Number of elements of P and b.
 const GYRO: usize = 12;
-/// P.
+/// Number of elements of P.
 const NINE: usize = 9;
-/// Work units, as those of `crate::estimator::work`, of one set of widths: where all change, and where the shared groups' do not.
+/// Work units, as those of `crate::estimator::work`, of one set of widths: if the shared groups change too, and if not.
 const WIDTHS_UNITS: [u32; 2] = [650, 520];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.
@@ -45,27 +45,27 @@ pub(super) struct Averaged<T> {
     pub covariance: [T; triangle(GYRO)],
     /// Directions of P that the data decide, at the most likely widths.
     pub decided: u8,
-    /// Variances at these widths with P's prior as wide as it was begun with, at no smaller scale.
+    /// Variances of P and b at these widths, with P's prior as wide as configured (scale 1).
     pub unscaled_variance: [T; GYRO],
-    /// Geometric mean of the widths, over the data sheets'.
+    /// Geometric mean of each group's width, over the data sheet's.
     pub widths: [T; GROUPS],
 }
 
-/// Sets of widths whose neighbours are looked at, one after the other, in one average.
+/// Most centres in one average: sets of widths whose neighbours are evaluated, one centre after the other.
 const CENTRES: usize = 4;
 
-/// Piece of the averaging in progress.
+/// State of the averaging, which is done in pieces.
 #[derive(Clone, Copy)]
 pub(super) struct Averaging<T> {
     grid: Widths,
-    /// Sets whose neighbours were looked at or are now, and their number.
+    /// Centres so far, the latest last, and their number.
     centres: [Set; CENTRES],
     count: usize,
-    /// Neighbour of the last of them that is next.
+    /// Index of the latest centre's next neighbour.
     next: usize,
-    /// Likeliest set so far, and its logarithm.
+    /// Log evidence of the likeliest set so far, and that set.
     best: (T, Set),
-    /// Widths of the shared groups for which these are taken out; `None` before any.
+    /// Widths at which the shared groups are marginalised in the scratch memory; `None` before any.
     held: Option<[u8; SHARED]>,
     evidence: [T; GROUPS],
     sum: Sum<T>,
@@ -92,14 +92,15 @@ impl<T: Real> Averaging<T> {
         }
     }
 
-    /// Begins: `scratch` takes mean and covariance, and until that is gathered the inverse of the root.
+    /// Begins an average: `scratch` holds mean and covariance and, until the covariance is gathered, the root's
+    /// inverse.
     pub fn start(&mut self, globals: &Globals<T>, widths: &Widths, scratch: &mut [[T; WIDTH]]) {
         self.grid = *widths;
         self.centres[0] = self.best.1;
         (self.count, self.next, self.held) = (1, 0, None);
         self.sum = Sum::zero();
         let scratch = scratch.as_flattened_mut();
-        // At the end, where it is in nobody's way; column c has c + 1 elements.
+        // The inverse lies at the end, behind mean and covariance; its column c has c + 1 elements.
         let Some(place) = scratch.len().checked_sub(triangle(GLOBALS)) else { return };
         let (front, inverse) = scratch.split_at_mut(place);
         inverse_root::invert(&globals.root, inverse);
@@ -111,7 +112,7 @@ impl<T: Real> Averaging<T> {
         base.covariance.fill(T::ZERO);
     }
 
-    /// Adds some columns of the inverse to the covariance; `false` when all are in.
+    /// Adds some columns of the root's inverse to the covariance; returns `false` when all are in.
     pub fn gather(&self, columns: Range<usize>, scratch: &mut [[T; WIDTH]]) -> bool {
         let scratch = scratch.as_flattened_mut();
         let Some(place) = scratch.len().checked_sub(triangle(GLOBALS)) else { return false };
@@ -128,22 +129,22 @@ impl<T: Real> Averaging<T> {
         columns.end < GLOBALS
     }
 
-    /// Adds what is not known of the effects that are taken out, when all else is averaged: the covariance grows by the
-    /// outer product of this vector, in the globals' order. The mean is that of P and b beside the effects as they are
-    /// taken out. Drawn to the factory's because of what an effect may be, P would go without the effect, and the two
-    /// of them together would not fit the data.
+    /// Adds the uncertainty of the effects that are taken out, once all else is averaged: the covariance grows by the
+    /// outer product of `by`, which is in the globals' order. The mean stays: it is that of P and b beside the effects
+    /// as they are taken out. If the uncertainty of an effect drew P to the factory's, P and the effect would not fit
+    /// the data together.
     pub fn spread(&mut self, by: &[T; GLOBALS]) {
         self.sum.spread(&core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
     }
 
-    /// Work units of the next set of widths: more where the shared groups change their own.
+    /// Work units of the next set of widths: more if it changes the widths of the shared groups.
     pub fn units(&self) -> u32 {
         let [all, rest] = WIDTHS_UNITS;
         let is_held = self.following().is_some_and(|(_, next)| self.held.is_some_and(|held| next.starts_with(&held)));
         if is_held { rest } else { all }
     }
 
-    /// The next neighbour of the latest centre that was none of an earlier one, and its number.
+    /// Next neighbour of the latest centre that is no neighbour of an earlier one, with its index.
     fn following(&self) -> Option<(usize, Set)> {
         let centres = self.centres.get(..self.count)?;
         let (latest, earlier) = centres.split_last()?;
@@ -151,8 +152,8 @@ impl<T: Real> Averaging<T> {
         near.find(|(_, set)| !earlier.iter().any(|centre| are_near(set, centre)))
     }
 
-    /// The next set of widths: where the latest centre has no neighbour left and one of them was likelier, a neighbour
-    /// of that one.
+    /// Next set of widths. If the latest centre has no neighbour left and one of them was likelier, that one is the
+    /// next centre.
     fn advance(&mut self) -> Option<Set> {
         loop {
             if let Some((index, set)) = self.following() {
@@ -166,12 +167,12 @@ impl<T: Real> Averaging<T> {
         }
     }
 
-    /// One set of widths; `false` when all are done. `scratch` must be left alone from one to the next.
+    /// Evaluates one set of widths; returns `false` when all are done. `scratch` must not change between the calls.
     pub fn step(&mut self, scratch: &mut [[T; WIDTH]]) -> bool {
         let is_first = self.is_fresh();
         let Some(chosen) = self.advance() else { return false };
         let Some(mut levels) = Levels::cut(scratch.as_flattened_mut()) else { return false };
-        // By group.
+        // Width of each group, by group.
         let mut parts = [1.0; GROUPS];
         for (group, index) in TAKEN.into_iter().zip(chosen) {
             let width = self.grid.parts.get(group).and_then(|widths| widths.get(usize::from(index)));
@@ -221,13 +222,13 @@ impl<T: Real> Averaging<T> {
         self.count == 1 && self.next == 0
     }
 
-    /// Logarithm of the evidence of all that was averaged, but for a constant of the grid's size.
+    /// Log evidence of all sets that were averaged, but for a constant of the grid's size.
     #[cfg(feature = "explanation")]
     pub fn log_evidence(&self) -> T {
         self.sum.log_evidence()
     }
 
-    /// The average; over the scales of the bias, too, where no rest has measured it.
+    /// The average. If no rest has measured the bias, it is also over the scales of the bias's prior.
     pub fn result(&self, is_bias_measured: bool) -> Averaged<T> {
         let mut averaged = self.sum.averaged();
         if !is_bias_measured {
@@ -249,8 +250,8 @@ fn add_outers<T: Real>(covariance: &mut [T], [a, b]: &[[T; VARIABLES]; 2]) {
     }
 }
 
-/// Narrows the priors of a group, the last of the variables, and takes these out of the mean and covariance that stay;
-/// the logarithm of the evidence.
+/// Narrows the priors of a group, whose variables are the last, and marginalises these out of mean and covariance;
+/// returns the log evidence.
 fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width: T, with_lags: bool) -> T {
     let mut evidence = T::ZERO;
     let (Some(count), Some(has_lag)) = (COUNTS.get(group), HAS_LAG.get(group)) else { return evidence };

@@ -1,5 +1,5 @@
-//! The unknowns: one table, in the order of the matrix. The last rows of the root are then P's marginal, free of
-//! charge.
+//! The estimator's unknowns: one table, in the order of the matrix. P is last, so that the root's last rows are P's
+//! marginal without further work.
 
 use core::ops::Range;
 
@@ -14,9 +14,9 @@ pub(super) const POSITION: usize = 6;
 /// Earth field.
 pub(super) const FIELD: usize = 9;
 
-/// Unknowns that outlive a node.
+/// Number of globals: unknowns that outlive a node.
 pub const GLOBALS: usize = 37;
-/// Nuisances: all before the gyro's bias.
+/// Number of nuisances: all globals before the gyro's bias.
 pub const NUISANCES: usize = 25;
 
 /// A run of columns that belong together.
@@ -28,14 +28,14 @@ pub struct Group {
     pub unit: &'static str,
     /// First column.
     pub from: usize,
-    /// Columns.
+    /// Number of columns.
     pub count: usize,
     /// Where the prior's width comes from.
     pub source: &'static str,
 }
 
 impl Group {
-    /// Its columns.
+    /// Columns of the group.
     #[must_use]
     pub const fn columns(&self) -> Range<usize> {
         self.from..self.from + self.count
@@ -53,7 +53,7 @@ pub const MAG_SHAPE: Group =
 /// widths is one of independent elements of the matrix.
 pub const MAG_TURN: Group =
     Group { name: "magnetometer misalignment", unit: "1", from: 5, count: 3, source: OF_MAGNETOMETER };
-/// Both parts.
+/// Both parts of the magnetometer matrix.
 pub const MAG_MATRIX: Group =
     Group { name: "magnetometer matrix", unit: "1", from: 0, count: 8, source: OF_MAGNETOMETER };
 /// Hard iron, of the field's norm.

@@ -4,10 +4,10 @@ use super::{real::Real, remainder::INNOVATIONS};
 
 /// Degrees of freedom of a node: its rows less its states.
 const FREEDOM: f32 = 9.0;
-/// Mean squared innovation, over its degrees of freedom, of a filter that has diverged: four deviations of the mean
-/// of 120 nodes of nine over 1. Sound runs stay under 1.07.
+/// NIS, mean squared innovation over its degrees of freedom, of a filter that has diverged: four deviations over 1 for
+/// the mean of 120 nodes with nine degrees each. Sound runs stay under 1.07.
 pub(super) const DIVERGED: f32 = 1.2;
-/// The same before there are so many nodes: this over the root of their number.
+/// Excess of NIS over 1 that means divergence before there are so many nodes: this over the root of their number.
 const DIVERGED_EARLY: f32 = 1.9;
 
 #[derive(Clone, Copy)]
@@ -27,7 +27,7 @@ impl<T: Real> Consistency<T> {
         Self { mean: T::ZERO, latest: 0, unexplained: T::ZERO, nodes: 0 }
     }
 
-    /// A node's squared innovation.
+    /// Adds a node's squared innovation.
     pub fn add(&mut self, square: T) {
         self.latest = if self.latest < INNOVATIONS { self.latest + 1 } else { INNOVATIONS };
         self.mean += (square / T::of(FREEDOM) - self.mean) / T::of(f32::from(self.latest));
@@ -39,12 +39,12 @@ impl<T: Real> Consistency<T> {
         self.nodes = self.nodes.saturating_add(1);
     }
 
-    /// Mean squared innovation over its degrees of freedom.
+    /// NIS of the latest nodes: mean squared innovation over its degrees of freedom.
     pub fn nis(&self) -> f32 {
         self.mean.narrow()
     }
 
-    /// The same of all nodes, where the effects leave this sum of squares beside what none can explain.
+    /// NIS of all nodes, if the effects leave the sum of squares `left` beside the part that none can explain.
     pub fn nis_beside(&self, left: T) -> f32 {
         let freedom = if self.nodes > 0 { T::of(FREEDOM * self.nodes as f32) } else { T::ONE };
         ((self.unexplained + left) / freedom).narrow()
@@ -55,12 +55,12 @@ impl<T: Real> Consistency<T> {
         self.latest == 0
     }
 
-    /// Returns true if the innovations say that the filter is wrong.
+    /// Returns true if the innovations are too large for the filter to be right.
     pub fn has_diverged(&self) -> bool {
         self.latest >= INNOVATIONS && self.mean > T::of(DIVERGED)
     }
 
-    /// The same, though there may be few nodes.
+    /// The same, also after few nodes, with a wider limit.
     pub fn seems_diverged(&self) -> bool {
         let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.latest));
         self.has_diverged() || self.nis() > DIVERGED && self.nis() > early

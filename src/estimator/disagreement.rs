@@ -3,17 +3,17 @@
 
 use super::real::Real;
 
-/// A contradiction that lasts as long is no disturbance, and what it contradicts is wrong, seconds.
+/// Seconds from which on a contradiction is no disturbance: the estimate that the sensor contradicts is wrong.
 const FOR_GOOD_S: f32 = 20.0;
-/// Agreement for so long ends it, seconds.
+/// Seconds of agreement that end a contradiction.
 const OVER_S: f32 = 5.0;
 
 /// A contradiction in progress, or none.
 #[derive(Clone, Copy)]
 pub(super) struct Disagreement<T> {
-    /// Since it began; 0: there is none.
+    /// Seconds since the contradiction began; 0: there is none.
     seconds: T,
-    /// Agreement since, seconds.
+    /// Seconds of agreement since the sensor last contradicted.
     agreed_s: T,
 }
 
@@ -22,7 +22,7 @@ impl<T: Real> Disagreement<T> {
         Self { seconds: T::ZERO, agreed_s: T::ZERO }
     }
 
-    /// The sensor contradicted for so long. Whether that is for good; then it is begun anew.
+    /// Adds seconds of contradiction. Returns true if it is for good; the count then begins anew.
     pub fn contradicted(&mut self, seconds: T) -> bool {
         self.agreed_s = T::ZERO;
         self.seconds += seconds;
@@ -33,7 +33,7 @@ impl<T: Real> Disagreement<T> {
         is_for_good
     }
 
-    /// It agreed, which it may by chance where the attitude was just aligned to it.
+    /// Adds seconds of agreement, which may be by chance if the attitude was just aligned to the sensor.
     pub fn agreed(&mut self, seconds: T) {
         self.agreed_s += seconds;
         self.passed(seconds);
@@ -42,7 +42,7 @@ impl<T: Real> Disagreement<T> {
         }
     }
 
-    /// Time passed in which nobody could tell.
+    /// Adds seconds in which the sensor could not be compared.
     pub fn passed(&mut self, seconds: T) {
         if self.seconds > T::ZERO {
             self.seconds += seconds;

@@ -1,14 +1,13 @@
-//! By how much what was learnt may have changed while the probe was off. Nobody knows for how long it was off, or
-//! whether it fell. So the figures are those that data sheets give whatever the time: for a part's life, or for a
-//! change of temperature.
+//! Drift of the learnt values while the probe was off. Nobody knows for how long it was off, or whether it fell. So the
+//! figures are those that data sheets give whatever the time: for a part's life, or for a change of temperature.
 
 use super::columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, MAG_MATRIX};
 
-/// Change of temperature that is allowed for, kelvin: models are kept for every ten.
+/// Change of temperature that is allowed for, kelvin: a model is stored for every ten.
 const CHANGE_K: f32 = 10.0;
 
-/// Drift of an element of P: the tolerance of sensitivity, 1 % (LSM6DSO, data sheet, mechanical characteristics). Its
-/// 0.007 %/K are little beside it.
+/// Drift of an element of P: the tolerance of sensitivity, 1 % (LSM6DSO, data sheet, mechanical characteristics). The
+/// sensitivity's change with temperature, 0.007 %/K, is small beside that.
 pub const P_DRIFT: f32 = 0.01;
 
 /// Deviation of the drift of a nuisance, in its unit. `None`: nothing is left of what was learnt, for steel is
@@ -19,7 +18,7 @@ fn deviation(column: usize) -> Option<f32> {
         // Sensitivity, 0.03 %/K (LSM303AGR, data sheet, magnetic characteristics).
         Some(3e-4 * CHANGE_K)
     } else if ACCEL_LAG.columns().contains(&column) {
-        // The magnetometer's lag is of the same chip and clock as the gyro's.
+        // The accelerometer is on the same chip and clock as the gyro.
         Some(0.0)
     } else if ACCEL_MATRIX.columns().contains(&column) {
         // Sensitivity, 0.01 %/K (LSM6DSO, as above).

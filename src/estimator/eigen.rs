@@ -6,7 +6,7 @@
 
 use super::real::Real;
 
-/// Sweeps; each squares what is left off the diagonal, and nine variables are done after five.
+/// Most sweeps; each squares what is left off the diagonal, and nine variables are done after five.
 const SWEEPS: usize = 8;
 
 /// Diagonalises a symmetric matrix, of which it reads the upper triangle alone: the diagonal then holds the

@@ -12,21 +12,20 @@ use super::{
     widths::{GROUPS, Widths},
 };
 
-/// By how much each kind of rows moved P, row-major, in a node or in several. Their sum is by how much the filter's
-/// mean moved.
+/// Change of P, row-major, by each kind of rows, in one node or in several. The sum is the change of the filter's mean.
 ///
 /// A node's update is linear: gain times the constants of its rows, which are their residuals at the linearisation
-/// point. Each kind's share is the gain of all rows times the constants of that kind. Rows of rotation, of the
-/// field's walk, and of the path have none, as the next states are predicted with them: they say how the others'
+/// point. Each kind's share is the gain of all rows times the constants of that kind. Rows of rotation, of the field's
+/// walk, and of the path have zero constants, as the next states are predicted with them: they say how the others'
 /// residuals are shared among attitude, P and the rest, and move nothing themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MovedByRows {
-    /// The field that was read is the earth's: the magnetometer's part.
+    /// Change of P by rows of the read field: the magnetometer's part.
     pub field: [f32; 9],
-    /// Velocity is bounded: with the next the accelerometer's part.
+    /// Change of P by bounds of velocity: with those of position the accelerometer's part.
     pub velocity: [f32; 9],
-    /// Position is bounded.
+    /// Change of P by bounds of position.
     pub position: [f32; 9],
     /// Change of P by rows of rests.
     pub rest: [f32; 9],
@@ -47,8 +46,8 @@ pub struct WidthEvidence {
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Which rows move P in the node whose rows have just been written; `None` at any other step of the work. To be
-    /// asked after each [`Estimator::step`].
+    /// Change of P by each kind of rows, in the node whose rows have just been written; `None` at any other step of the
+    /// work. To be asked after each [`Estimator::step`].
     #[must_use]
     pub fn moved_by_rows(&self) -> Option<MovedByRows> {
         let is_fresh = self.task == Task::Eliminating && self.update.is_fresh();
@@ -59,7 +58,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         })
     }
 
-    /// The update with the constants of this block alone.
+    /// Change of P by the constants of this block of rows alone.
     fn moved_by(&self, block: usize) -> [f32; 9] {
         let (mut update, mut globals) = (self.update, self.globals);
         update.keep_constants(block);
@@ -101,7 +100,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             all.add(log);
             let sheets = grid.sheets(set);
             for (group, mean) in of_group.iter_mut().enumerate() {
-                // The sheet's width alone counts here; below, the mean of all, group by group.
+                // Mean over the sets with this group's data sheet width, held against that over all sets below.
                 if sheets.get(group) == Some(&true) {
                     mean.add(log);
                 }

@@ -4,7 +4,7 @@
 
 use super::{preintegration::Preintegration, real::Real};
 
-/// Nodes over which it is averaged: five minutes.
+/// Nodes over which the norm is averaged: five minutes.
 const NODES: u16 = 600;
 
 /// Means over the nodes whose field was used.
@@ -28,7 +28,7 @@ impl<T: Real> FieldNorm<T> {
         self.scatter += (pre.field_variance() - self.scatter) * part;
     }
 
-    /// The norm, each calibrated as it was at its time.
+    /// Mean norm of the read field, each node's calibrated as it was at its time.
     pub fn of_their_time(&self) -> T {
         self.of_their_time
     }

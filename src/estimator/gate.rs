@@ -15,13 +15,13 @@ use super::{
 
 /// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
 const CONTRADICTED: f32 = 21.1;
-/// The same of one innovation: one in 1,000.
+/// Square of one innovation, over its variance, above which it contradicts: one in 1,000 does by chance.
 const CONTRADICTED_ALONG: f32 = 10.8;
 
-/// Returns true if three independent innovations of variance 1 can contradict. Others that the unknowns are uncertain
-/// of too are likelier, however much that is: where these cannot, the unknowns' covariance need not be asked for.
+/// Returns true if three independent innovations of variance 1 can contradict. Unknowns that are uncertain only make
+/// large innovations likelier: if this is false, the unknowns' covariance need not be computed.
 pub(super) fn may_contradict<T: Real>(value: &V3<T>) -> bool {
-    // A NaN is for the covariance to judge.
+    // A NaN returns true: the covariance decides.
     let is_likely = square(value) <= T::of(CONTRADICTED);
     !is_likely
 }
@@ -66,7 +66,7 @@ impl<T: Real> Innovation<T> {
         square(&self.in_deviations(noise)) > T::of(CONTRADICTED)
     }
 
-    /// They in units of their deviations: without correlation, and of variance 1.
+    /// The innovations in units of their deviations: without correlation, and of variance 1.
     pub fn in_deviations(&self, noise: T) -> V3<T> {
         let of = |i: usize, j: usize| -> T { self.covariance.get((i, j)).map_or(T::ZERO, |x: &T| *x) };
         let with_noise = |i: usize, j: usize| of(i, j) + if i == j { noise } else { T::ZERO };

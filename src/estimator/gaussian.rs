@@ -1,4 +1,4 @@
-//! A Gaussian of a few variables as mean and packed covariance, from which the last variable is taken out at a time.
+//! Gaussian of a few variables as mean and packed covariance, of which the last variables can be marginalised.
 
 use super::{
     real::Real,
@@ -15,9 +15,9 @@ pub(super) fn element<T: Real>(covariance: &[T], i: usize, j: usize) -> T {
     covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO)
 }
 
-/// Makes the prior of the last variable, which is N(0, 1) inside the Gaussian, N(0, width^2), and takes the variable
-/// out: what is left are the others. Returns the logarithm of the evidence of the new width over that of 1. A width
-/// of 1 changes nothing.
+/// Replaces the prior of the last variable, which is N(0, 1) inside the Gaussian, by N(0, width^2), and marginalises
+/// the variable: the others are left. Returns the logarithm of the evidence of the new width over that of 1. A width of
+/// 1 changes nothing.
 ///
 /// N(0, width^2) is N(0, 1) times a reading of 0 with variance r = width^2 / (1 - width^2): one scalar Kalman update;
 /// the evidence is the reading's likelihood over the one that it has before any data.
@@ -44,8 +44,8 @@ pub(super) fn narrow_last<T: Real>(mean: &mut [T], covariance: &mut [T], width: 
     -half * (innovation / (T::ONE + noise)).logarithm() - half * *last * *last / innovation
 }
 
-/// Takes out the last variable and then the one before it, with their widths in that order, as [`narrow_last`] does: in
-/// one pass over the covariance of the others. Returns the logarithms of both.
+/// Marginalises the last variable and then the one before it, with their widths in that order, as [`narrow_last`] does:
+/// in one pass over the covariance of the others. Returns both log evidences.
 pub(super) fn narrow_two<T: Real>(mean: &mut [T], covariance: &mut [T], widths: [T; 2]) -> [T; 2] {
     let both = widths.map(|width| width * width);
     let [m @ .., of_second, of_first] = mean else { return [T::ZERO; 2] };

@@ -1,5 +1,5 @@
 //! Globals: their deviations from the prior's mean in units of the prior's width, and the root of their information,
-//! the prior inside. A column whose width is 0 is not there: nothing ever reaches it.
+//! the prior inside. A column of width 0 is not in use: no row has a coefficient for it.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
@@ -10,7 +10,7 @@ use super::{
     unrolled::add_times,
 };
 
-/// The globals and a constant.
+/// Elements of a row: the globals and a constant.
 pub(super) const WIDE: usize = GLOBALS + 1;
 
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ impl<T: Real> Globals<T> {
         Self { x: [T::ZERO; GLOBALS], root: [[T::ZERO; WIDE]; GLOBALS] }
     }
 
-    /// The prior.
+    /// Sets the prior: mean 0 and deviation 1, in units of its widths.
     pub fn start(&mut self) {
         *self = Self::zero();
         for (i, row) in self.root.iter_mut().enumerate() {
@@ -107,7 +107,7 @@ impl<T: Real> Globals<T> {
         if kept >= T::ONE || global >= GLOBALS {
             return;
         }
-        // All that is said of it goes into its own row, and into no other.
+        // Turns all information on the global into its own row.
         for i in (0..global).rev() {
             self.rotate(global, i, global);
         }

@@ -1,5 +1,5 @@
-//! Samples become increments of 40 ms: what the gyro turned, and the vectors' means turned to the middle. Nothing
-//! else of them is kept.
+//! Increments of 40 ms, made of samples: the rotation by the gyro, and the vectors' means turned to the middle. The
+//! samples themselves are not stored.
 
 use super::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
 use crate::{
@@ -14,19 +14,19 @@ use nalgebra::Matrix3;
 const INCREMENTS_PER_S: f32 = 25.0;
 /// Most that a probe can turn between two readings for its rotation to be known, rad.
 const MOST_RAD: f32 = 1.5;
-/// From this angle on an increment ends early, rad: of a scale that is off by d from that of the P that it is
-/// composed with the angles across the axis of rotation are off by d angle^2 / 6.
+/// Angle from which on an increment ends early, rad: if the true scale is off by d from that of the P that composes it,
+/// the angles across the axis of rotation are off by d angle^2 / 6.
 const LONGEST_TURN_RAD: f32 = 0.5;
-/// Deviation of a turn that nobody read beyond which nothing is known of it, rad: then its square is as large as what a
-/// linear model of it may leave out, a hundredth.
+/// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
+/// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
-/// A longer gap is told piece by piece, seconds.
+/// Longest gap in one item, seconds; a longer gap becomes several items.
 const LONGEST_GAP_S: f32 = 1.0;
 
 /// One increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Increment<T> {
-    /// Its last sample, microseconds.
+    /// Time of the last sample, microseconds.
     pub end_us: u64,
     /// Length, seconds.
     pub seconds: T,
@@ -47,7 +47,7 @@ pub struct Increment<T> {
     pub peak: T,
     /// Temperature over the effects' reference temperature, K.
     pub warming_k: Option<T>,
-    /// Variances, of each axis, by what nobody read: of the turn, rad^2, and of the velocity gained, (m/s)^2.
+    /// Variances, of each axis, by lost samples: of the turn, rad^2, and of the velocity gained, (m/s)^2.
     pub unread_turn: T,
     pub unread_velocity: T,
 }
@@ -57,18 +57,18 @@ pub struct Increment<T> {
 pub enum Item<T> {
     /// An increment.
     Increment(Increment<T>),
-    /// A time through which nobody knows how the probe turned.
+    /// Time in which the rotation of the probe is unknown.
     Gap {
-        /// Its length.
+        /// Length, seconds.
         seconds: T,
-        /// As much of it as no sample came at all.
+        /// Part of the length in which no sample came at all, seconds.
         silent_s: T,
     },
-    /// The attitude at the end of the increment before is asked for.
+    /// Question for the attitude at the end of the increment before.
     Look,
-    /// The posterior of everything before is asked for.
+    /// Question for the posterior of everything before.
     Close {
-        /// True if a search about it is to follow.
+        /// True if a search about the posterior is to follow.
         is_searched: bool,
     },
 }
@@ -110,9 +110,9 @@ pub struct Builder<T> {
     force_before: Option<V3<T>>,
     rate_change: Change,
     force_change: Change,
-    /// Since the last usable rate.
+    /// Seconds since the last usable rate.
     waiting_s: T,
-    /// Part of it, and of the lost time, without any sample.
+    /// Part of the waiting and of the lost time without any sample, seconds.
     silent_s: T,
     is_lost: bool,
     samples: u16,
@@ -205,7 +205,7 @@ impl<T: Real> Builder<T> {
         if step_s > longest {
             self.silent_s += step_s;
         }
-        // A turn by more from one reading to the next is no rotation that they show.
+        // A rate that turns the probe by more than this in a sample period does not show its rotation.
         let most = T::of(MOST_RAD) / self.period_s;
         let shown = |rate: &V3<T>| square(rate) < most * most;
         let is_missing = matches!(rate, Reading::Missing);
@@ -263,12 +263,12 @@ impl<T: Real> Builder<T> {
         Some(Item::Increment(increment))
     }
 
-    /// Takes an interval that no reading stands for as one of the mean of the readings on either side, if that says
-    /// anything of it.
+    /// Bridges lost samples with the mean of the readings on either side. Returns `false`, and does nothing, if the
+    /// turn would be too uncertain.
     fn bridge(&mut self, seconds: T, [before, after]: &[V3<T>; 2], forces: [Option<V3<T>>; 2]) -> bool {
         let narrow = |v: &V3<T>| v.map(|x| x.narrow());
         let unread_turn = self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
-        // A NaN is no bridge.
+        // A NaN is not bridged.
         let is_known = unread_turn < MOST_BRIDGED_RAD * MOST_BRIDGED_RAD;
         if !is_known {
             return false;
@@ -296,7 +296,7 @@ impl<T: Real> Builder<T> {
         true
     }
 
-    /// Turns the gathered and the awaited into a gap.
+    /// Makes a gap of the increment in progress and of the time since the last usable rate.
     fn gap(&mut self, with: &Composition<T>) -> Item<T> {
         let lost_s = self.seconds + self.waiting_s;
         self.waiting_s = T::ZERO;
@@ -318,12 +318,12 @@ impl<T: Real> Builder<T> {
         (self.unread_turn, self.unread_velocity) = (T::ZERO, T::ZERO);
     }
 
-    /// Temperature over the effects' reference temperature, K, of the samples that come.
+    /// Sets the temperature of the samples to come, over the effects' reference temperature, K.
     pub fn warm(&mut self, warming_k: Option<f32>) {
         self.warming_k = warming_k.map(T::of);
     }
 
-    /// An interval between two samples.
+    /// Adds the interval between two samples.
     fn add(&mut self, seconds: T, rate: &V3<T>, [force_before, force]: [Option<V3<T>>; 2], field: Option<V3<T>>) {
         let centred = rate - self.with.bias;
         let turn = self.with.p * centred * seconds;

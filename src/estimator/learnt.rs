@@ -1,5 +1,5 @@
-//! State of the filter out of it and back into it: the globals' mean and the root of their information, number by
-//! number, so that no buffer holds all of them. `storage/learnt_parts.rs` writes them to flash.
+//! Export and import of the filter's state: the globals' mean and the root of their information, number by number, so
+//! that no buffer holds all of them. `storage/learnt_parts.rs` writes them to flash.
 
 use super::{
     Estimator, Task,
@@ -9,20 +9,20 @@ use super::{
 };
 use crate::config::Config;
 
-/// Numbers of a root that is triangular, and of the mean before it.
+/// Count of the exported numbers: the mean, then the triangular root.
 pub const NUMBERS: usize = GLOBALS * (GLOBALS + 1) / 2 + GLOBALS;
 
 /// Version of the numbers' order and meaning.
 const LAYOUT: u32 = 2;
 
-/// Head of the numbers.
+/// Head of an exported state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearntHead {
     /// Names what the numbers are relative to: [`LearntHead::fingerprint`] of the configuration.
     pub fingerprint: u32,
-    /// Which of the filter's updates they are of: numbers of another one do not go with these.
+    /// Number of the filter's update that the state is of: numbers of different updates must not be mixed.
     pub update: u32,
-    /// Seconds of motion that they come from.
+    /// Seconds of motion that the state comes from.
     pub motion_s: f32,
 }
 
@@ -39,9 +39,9 @@ pub struct Learnt<'a> {
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotContinued {
-    /// Only a probe that has been configured and has taken no sample can.
+    /// The probe has not been configured, or has already taken a sample.
     NotAtTheBeginning,
-    /// It was learnt with another configuration, or by a filter with other unknowns.
+    /// The state was learnt with another configuration, or by a filter with other unknowns.
     OtherFilter,
     /// Numbers are missing.
     Incomplete,
@@ -56,7 +56,7 @@ impl LearntHead {
     pub fn fingerprint(config: &Config) -> u32 {
         let settings = super::Settings::new(config);
         let counts = [LAYOUT, GLOBALS as u32, NUISANCES as u32, config.sample_period_us];
-        // FNV-1a: what differs is to be seen, not an attack.
+        // FNV-1a: it is to show differences, not to withstand an attack.
         let add = |hash: u32, word: u32| {
             word.to_le_bytes().iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
         };
@@ -104,7 +104,7 @@ impl Learnt<'_> {
 }
 
 impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
-    /// Returns the state; `None` while an update changes it.
+    /// Returns the filter's state; `None` while an update changes it.
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
         let is_whole = !matches!(self.task, Task::Absorbing(_) | Task::Walking(_));
@@ -112,7 +112,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         is_whole.then_some(Learnt { head, globals: &self.globals })
     }
 
-    /// Sets one number of what was learnt before; [`Estimator::go_on`] when all are set.
+    /// Sets one number of a stored state; [`Estimator::go_on`] follows when all are set.
     pub fn set_learnt(&mut self, k: usize, number: f32) {
         match place(k) {
             Some((row, GLOBALS)) => {
@@ -134,17 +134,17 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         self.globals.start();
     }
 
-    /// Goes on from the numbers that were set, with the drift of the time that the probe was off. Of P nothing is
-    /// taken from them: where it begins is what [`Estimator::restore`] was told of the model that flew. That is the
-    /// mean over widths, inflations and scales, as the numbers alone are not; drawn from them anew, P would begin
-    /// nearer to the factory's than it had ended.
+    /// Goes on from the numbers that were set, widened by the drift while the probe was off. P is not taken from them:
+    /// it begins at the model that flew, see [`Estimator::restore`]. That is the mean over widths, inflations and
+    /// scales, which the numbers alone are not: drawn from them anew, P would begin nearer to the factory's than it had
+    /// ended.
     ///
     /// # Errors
-    /// They are no root; the filter then starts without them.
+    /// The numbers are no root; the filter then starts without them.
     pub fn go_on(&mut self, motion_s: f32) -> Result<(), NotContinued> {
         let is_root = self.globals.is_root() && motion_s >= 0.0 && motion_s.is_finite();
         for (column, width) in self.prior.sigma.iter().enumerate() {
-            // A column that is not there has its prior and no more.
+            // A column that is not in use keeps its prior.
             self.globals.relax(column, drift::kept(column, *width));
         }
         // Finite numbers may have been too large to be squared.

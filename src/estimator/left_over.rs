@@ -1,5 +1,5 @@
-//! The rows that the nodes of the last 50 s of motion left over, when their states and the nuisances were eliminated:
-//! what each says of P and b alone. For the population search.
+//! Rows that the nodes of the last 50 s of motion left over, once their states and the nuisances were eliminated: they
+//! depend on P and b alone. The population search minimises their innovations.
 
 use super::{
     columns::{BIAS, GLOBALS, P},
@@ -8,17 +8,17 @@ use super::{
     square_root::reflect_first,
 };
 
-/// Rows of a node.
+/// Rows that a node leaves over.
 pub(super) const ROWS: usize = 9;
-/// P row-major, b, and a constant.
+/// Columns of a row: P row-major, b, and a constant.
 pub(super) const COLUMNS: usize = 13;
 /// Nodes kept unless a build has less room: 50 s of half a second.
 pub const WINDOW_NODES: usize = 100;
 
-/// Numbers that a node keeps: rotated so that row k begins at column k, which changes no sum of squares.
+/// Numbers stored of a node: rotated so that row k begins at column k, which changes no sum of squares.
 const KEPT: usize = ROWS * COLUMNS - ROWS * (ROWS - 1) / 2;
 
-/// A ring of them, in 16 bits: to 3e-5 of a node's largest coefficient.
+/// Ring of the latest nodes' rows, in 16 bits: to 3e-5 of a node's largest coefficient.
 #[derive(Clone, Copy)]
 pub(super) struct LeftOver<const NODES: usize> {
     rows: [[i16; KEPT]; NODES],
@@ -36,7 +36,7 @@ impl<const NODES: usize> LeftOver<NODES> {
         (self.next, self.count) = (0, 0);
     }
 
-    /// Nodes in it.
+    /// Number of nodes in the ring.
     pub const fn count(&self) -> usize {
         self.count
     }
@@ -109,8 +109,8 @@ impl<const NODES: usize> LeftOver<NODES> {
     }
 }
 
-/// Innovation of the next row, which has `N` coefficients and a constant, the last of `x`. Of a length that the
-/// compiler knows: its loop is no loop.
+/// Innovation of the next row, which has `N` coefficients and a constant, at the last `N` of `x`. The compiler knows
+/// `N` and unrolls the loop.
 #[inline(always)]
 fn innovation<const N: usize>(rest: &mut &[i16], x: &[f32; COLUMNS - 1]) -> f32 {
     let Some((row, next)) = rest.split_first_chunk::<N>() else { return 0.0 };

@@ -1,6 +1,6 @@
-//! One forward filter that identifies P and b beside the errors of the accelerometer and the magnetometer: a square
-//! root of the information of all of them, a node every half second, nothing stored. Its posterior says what may fly,
-//! and how well that is known.
+//! Forward filter that identifies P and b beside the errors of the accelerometer and the magnetometer: a square root of
+//! the information on all of them, updated at a node every half second, without stored samples. Its posterior says what
+//! may fly, and how well that is known.
 //!
 //! Samples become increments (`increment`), these are pre-integrated from node to node (`preintegration`), a node's
 //! rows (`rows`) are taken into the root (`globals`), and from the root comes the posterior (`averaging`,
@@ -98,27 +98,27 @@ use window_cost::Centre;
 /// Piece of work in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Task {
-    /// The next item.
+    /// Takes the next waiting item.
     Next,
-    /// A node's rows lose their states.
+    /// Eliminates the old states from a node's rows.
     Eliminating,
     /// Adds the remaining rows to the globals, from this column on.
     Absorbing(usize),
     /// Adds the remaining rows to the effects' own, from this column on.
     AbsorbingOwn(usize),
-    /// The effects are weighed.
+    /// Weighs the effects.
     Weighing,
-    /// The covariance grows by what is not known of the effects that are taken out, one after the other.
+    /// Adds the uncertainty of the effects that are taken out to the covariance, one after the other.
     Spreading(usize),
-    /// The globals walk: each is widened, from this column on.
+    /// Widens each global that walks, from this column on.
     Widening(usize),
-    /// They are widened, and made triangular from this column on.
+    /// Makes the widened root triangular, from this column on.
     Walking(usize),
-    /// Their covariance is gathered, from this column of the root's inverse on.
+    /// Gathers the globals' covariance, from this column of the root's inverse on.
     Gathering(usize),
-    /// The posterior is averaged.
+    /// Averages the posterior.
     Averaging,
-    /// It is averaged; what the search's cost is bounded by is gathered from this node on.
+    /// Gathers the bound of the search's cost, from this node on.
     Bounding(usize),
 }
 
@@ -129,19 +129,19 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     prior: Prior<T>,
     builder: Builder<T>,
     has_sample: bool,
-    /// Seconds before the next sample of which its time says nothing.
+    /// Seconds before the next sample that the samples' times do not show.
     waited_s: f32,
     last_us: u64,
     waiting: Waiting<T>,
     task: Task,
     neighbours: Neighbours<T>,
-    /// Field's unit, the norm at the start; 0: no field yet.
+    /// Unit of the field: its norm at the start, microtesla; 0: no field yet.
     field_unit: T,
-    /// True if the node's states are aligned; then true if they ever were.
+    /// True if the node's states are aligned; `has_begun`: if they ever were.
     is_aligned: bool,
     has_begun: bool,
     alignment: Alignment<T>,
-    /// Prior's mean of the bias, raw.
+    /// Mean of the bias's prior, rad/s, raw frame.
     bias: V3<T>,
     parameters: Parameters<T>,
     pre: Preintegration<T>,
@@ -154,7 +154,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     /// The effects' part of an update's rows.
     further: [[T; E]; SCRATCH],
     evidence: Evidence<T>,
-    /// When the effects were weighed.
+    /// Time at which the effects were last weighed.
     weighed_us: u64,
     remainder: Remainder,
     /// True if more than noise was left at the end of the window before.
@@ -173,11 +173,11 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     motion_s: T,
     shares: Shares<T>,
     disagreements: Disagreements<T>,
-    /// Seconds through which nobody knows how the probe turned, until the attitude is aligned anew.
+    /// Seconds in which the rotation of the probe was unknown, until the attitude is aligned anew.
     gap_s: T,
-    /// Model with which rotations are composed: the flown one, so that it changes at the instants at which that does.
+    /// Model with which rotations are composed: the flown one, so that both change at the same instants.
     composed_with: Composition<T>,
-    /// Since the globals last walked.
+    /// Seconds since the globals last walked.
     unwalked_s: T,
     consistency: Consistency<T>,
 }
@@ -247,7 +247,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
-    /// Tells that so many seconds more than its time says go by until the next sample: a clock stood still.
+    /// Announces seconds before the next sample that the samples' times do not show: a clock stood still.
     pub const fn wait(&mut self, seconds: f32) {
         self.waited_s = seconds;
     }
@@ -259,14 +259,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// The gyro's bias stepped by so much, raw.
+    /// Steps the mean of the bias, raw frame.
     fn step_bias(&mut self, by_rad_s: &V3<T>) {
         self.bias += by_rad_s;
         self.linearise();
     }
 
     /// Asks for the posterior of all samples so far. It is there once [`Estimator::step`] has worked up to here, and
-    /// until then there is none. `is_searched`: whether the cost of a search about it is wanted too, see
+    /// until then there is none. `is_searched`: true if the cost of a search about it is wanted too, see
     /// [`Estimator::window_cost`].
     pub fn close(&mut self, is_searched: bool) {
         self.posterior.clear();
@@ -279,13 +279,13 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.posterior.first()
     }
 
-    /// The effects that the data want, as of the last posterior.
+    /// Effects that the evidence shows, as of the last posterior.
     #[must_use]
     pub fn claims(&self) -> &[Claim] {
         &self.evidence.claims
     }
 
-    /// Log Bayes factors of all that were tried, beside those that are claimed: the library's, then further steps of
+    /// Log Bayes factors of the candidates beside those that are claimed: the library's effects, then further steps of
     /// the bias.
     #[must_use]
     pub const fn tried(&self) -> &[f32; MAX_CLAIMS] {
@@ -304,14 +304,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.candidates.library()
     }
 
-    /// Norm of the field at the beginning, the caller's units.
+    /// Norm of the field at the start, microtesla.
     #[must_use]
     pub fn field_ut(&self) -> f32 {
         self.field_unit.narrow()
     }
 
-    /// Mean squared innovation of all nodes of motion, over its degrees of freedom, with neither nuisances nor
-    /// effects, and with the claims.
+    /// NIS of all nodes of motion, mean squared innovation over its degrees of freedom: first with neither nuisances
+    /// nor effects, then with the claims.
     #[must_use]
     pub fn nis_of_claims(&self) -> [f32; 2] {
         self.evidence.residual.map(|of_claims| self.consistency.nis_beside(of_claims))
@@ -323,7 +323,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.remainder.report()
     }
 
-    /// Returns true if more than noise is left of them, or an error that the library has no name for.
+    /// Returns true if the innovations hold more than noise and the claims, or an error that the library has no name
+    /// for.
     #[must_use]
     pub fn is_unexplained(&self) -> bool {
         let [_, nis] = self.nis_of_claims();
@@ -331,7 +332,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         is_large || self.evidence.is_unnamed || !self.remainder.report().is_white()
     }
 
-    /// Looks at the innovations that come.
+    /// Begins a new remainder with the innovations to come.
     pub fn start_remainder(&mut self) {
         self.was_unexplained = self.is_unexplained();
         self.remainder.start();

@@ -6,7 +6,7 @@ use super::{
 };
 use heapless::Vec;
 
-/// The increment whose next one is awaited, and what the one before it read.
+/// Increment that waits for its successor, and force and rate of its predecessor.
 pub(super) struct Neighbours<T> {
     // Not an `Option`: that would not be all zero bytes.
     held: Vec<Increment<T>, 1>,
@@ -19,18 +19,18 @@ impl<T: Real> Neighbours<T> {
         Self { held: Vec::new(), force_before: None, rate_before: None }
     }
 
-    /// Forgets the one that is held, too.
+    /// Forgets the waiting increment, and its predecessor.
     pub fn clear(&mut self) {
         self.held.clear();
         self.forget_before();
     }
 
-    /// The next increment follows none.
+    /// Forgets the predecessor: the next increment follows none.
     pub const fn forget_before(&mut self) {
         (self.force_before, self.rate_before) = (None, None);
     }
 
-    /// The increment whose next one is awaited.
+    /// Increment that waits for its successor.
     pub fn held(&self) -> Option<&Increment<T>> {
         self.held.first()
     }

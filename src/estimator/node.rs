@@ -12,22 +12,23 @@ use super::{
 };
 use crate::units::STANDARD_GRAVITY_M_S2;
 
-/// Attitude error that a start allows, rad: gravity and field of one instant of motion.
+/// Deviation of the attitude at a start, rad: from force and field of a moving probe.
 const START_TILT_RAD: f32 = 0.35;
-/// Nodes after a start, 10 s: then P is known to a percent or two whatever the motion, and a linear model holds.
+/// First value of `Node::curved`, 10 s: then P is known to a percent or two whatever the motion, and a linear model
+/// holds.
 const MOST_CURVED: u8 = 20;
-/// The first heading is fixed: it is a gauge, as the field's direction is free.
+/// Deviation of the first heading, rad: it is fixed, because it is a gauge as long as the field's direction is free.
 const START_HEADING_RAD: f32 = 1e-3;
-/// The first field, of the norm.
+/// Deviation of the first field, of the norm.
 const START_FIELD: f32 = 0.5;
 
-/// The states, and what is known of them and of the globals together.
+/// States of a node, and what is known of them together with the globals.
 #[derive(Clone, Copy)]
 pub(super) struct Node<T> {
     /// Body to earth (z up, heading as it happened to be at the start).
     pub attitude: M3<T>,
-    /// Attitude at which rows are made linear: all through a rest that of its first node. At a new point in each node
-    /// the readings, though they stay the same, would seem to tell of directions that a rest says nothing of.
+    /// Attitude at which rows are made linear: all through a rest that of its first node. With a new point in each
+    /// node, readings that stay the same would seem to tell of directions that a rest says nothing of.
     pub linear_at: M3<T>,
     /// True from a rest until the probe has turned.
     is_held: bool,
@@ -38,8 +39,8 @@ pub(super) struct Node<T> {
     /// Earth field, of the norm.
     pub field: V3<T>,
     pub has_field: bool,
-    /// Nodes with a field from the start until the attitude is known so closely that a linear model of its errors
-    /// holds; 0: it is.
+    /// Nodes with a field that are still to come before the attitude is known so closely that a linear model of its
+    /// errors holds; 0: it holds.
     pub curved: u8,
     pub norms: FieldNorm<T>,
     /// Nodes in which the declared field has been read.
@@ -79,7 +80,7 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// Begins with specific force at an instant; the heading is arbitrary, the field unknown.
+    /// Aligns the attitude with specific force at an instant; the heading is arbitrary, the field unknown.
     pub fn start(&mut self, force: &V3<T>, noise: &Noise) {
         self.clear();
         let up = force / norm(force);
@@ -96,8 +97,8 @@ impl<T: Real> Node<T> {
         }
     }
 
-    /// Becomes what [`Node::zero`] returns, but for what was read of the declared field: the globals keep it. In place:
-    /// as a value that would stand on the stack twice, under the deepest calls of a piece of work.
+    /// Resets the node to [`Node::zero`], except `referred`: the globals keep what was read of the declared field. In
+    /// place: a returned value would stand on the stack twice, under the deepest calls of a piece of work.
     fn clear(&mut self) {
         let Self { attitude, linear_at, velocity, position, field, norms, root, .. } = self;
         (*attitude, *linear_at) = (zero33(), zero33());
@@ -125,8 +126,8 @@ impl<T: Real> Node<T> {
         if self.is_held { &self.linear_at } else { &self.attitude }
     }
 
-    /// Moves the states to the optimum where the globals have moved, and all else has added so much to the rows'
-    /// constants.
+    /// Moves the states to their optimum, after the globals moved by `change` and all else added `constants` to the
+    /// rows' constants.
     pub fn shift(&mut self, change: &[T; GLOBALS], constants: &[T; NODE]) {
         let mut by = [T::ZERO; NODE];
         for j in (0..NODE).rev() {
@@ -143,7 +144,7 @@ impl<T: Real> Node<T> {
         self.move_by(&by);
     }
 
-    /// Moves the states.
+    /// Moves the states; limits the turn of the attitude.
     pub fn move_by(&mut self, by: &[T; NODE]) {
         let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);
         let turn = three(0);
@@ -156,7 +157,8 @@ impl<T: Real> Node<T> {
         self.field += three(FIELD);
     }
 
-    /// Attitude is as unknown as stated, velocity and position as at a start; the earth field stays, but for its walk.
+    /// Resets the attitude to these deviations, rad, velocity and position as at a start; keeps the earth field, but
+    /// for its walk.
     fn forget(&mut self, [x, y, z]: [f32; 3], noise: &Noise) {
         let (velocity, position) = (noise.velocity_m_s, noise.position_m);
         let sigma = [x, y, z, velocity, velocity, velocity, position, position, position];
@@ -167,9 +169,9 @@ impl<T: Real> Node<T> {
         (self.velocity, self.position) = (zero3(), zero3());
     }
 
-    /// After an unknown turn: gravity and field align the attitude anew. What is known of earth field and globals
-    /// stays. Without a field in either the heading is a new gauge. Returns how much of what the field's rows hold is
-    /// kept; `None`: nothing is.
+    /// Aligns the attitude with gravity and field after an unknown turn. What is known of earth field and globals
+    /// stays. If no field was read or none is known, the heading is a new gauge. Returns the factor of the field's
+    /// rows; `None`: nothing of them is kept.
     pub fn realign(&mut self, force: &V3<T>, field: &V3<T>, gap_s: T, noise: &Noise) -> Option<T> {
         let up = force / norm(force);
         let (body, earth) = (field.cross(&up), self.field.cross(&V3::z()));
@@ -190,7 +192,7 @@ impl<T: Real> Node<T> {
         // The field's direction in the body is as uncertain as its calibration.
         self.forget([tilt, tilt, START_TILT_RAD], noise);
         if noise.field_is_even {
-            // As at a start: what is left of the linear model would be taken for iron.
+            // As at a start: what the linear model leaves out would be taken for iron.
             self.curved = MOST_CURVED;
         }
         // The rows below those of attitude, velocity and position are the field's margin.
@@ -201,8 +203,8 @@ impl<T: Real> Node<T> {
     }
 }
 
-/// Attitude error after a gap, rad: that of the mean force over [`AFTER_GAP_S`], at whose ends the velocity is within its
-/// bound, and whose white acceleration has Student's t.
+/// Attitude error after a gap, rad: that of the mean force over [`AFTER_GAP_S`], at whose ends the velocity is within
+/// its bound, and whose white acceleration has Student's t.
 fn after_gap_rad(noise: &Noise) -> f32 {
     let ends = noise.velocity_m_s / AFTER_GAP_S;
     let tails = if noise.acceleration_freedom > 2.0 {

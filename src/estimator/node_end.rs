@@ -1,4 +1,4 @@
-//! End of a node: its increments become a rest to start from, an attitude, or the rows of an update.
+//! End of a node: its increments become a rest to start from, a part of an alignment, or the rows of an update.
 
 use super::{
     Estimator, Kind, Task,
@@ -57,7 +57,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         if agreement.is_turned {
             self.shares.unread.add(T::ONE, seconds);
             if self.disagreements.gyro.contradicted(seconds) {
-                // It is another gyro than the one that was learnt.
+                // The gyro is another than the one that was learnt: the filter begins anew.
                 self.begin();
                 return;
             }
@@ -106,7 +106,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         by_field || by_force
     }
 
-    /// Variance of the node's rotation by what is not known of bias and P, rad^2.
+    /// Variance of the node's rotation by the uncertainty of bias and P, rad^2.
     pub(super) fn unknown_rotation(&self) -> T {
         let sigma = self.prior.sigma.iter().skip(NUISANCES);
         let mut by = [[T::ZERO; GYRO]; 3];
@@ -138,7 +138,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.remainder.start_node();
     }
 
-    /// A rest before anything else: its mean rate is the bias to begin with, its mean force the attitude.
+    /// Starts at a rest before anything else: its mean rate is the first bias, its mean force gives the attitude.
     fn start_at_rest(&mut self) {
         self.bias = self.rests.rate - self.pre.mean_taken_out();
         self.linearise();
@@ -150,7 +150,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.start_node();
     }
 
-    /// A node of a start in motion, or after a gap.
+    /// Adds a node to an alignment: at a start in motion, or after a gap.
     fn align(&mut self) {
         let is_enough = self.alignment.add(&self.pre, self.has_begun);
         self.start_node();
@@ -171,7 +171,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.gap_s = T::ZERO;
     }
 
-    /// Seconds through which nobody knows how the probe turned.
+    /// Notes seconds in which the rotation of the probe was unknown; the attitude is then aligned anew.
     pub(super) fn gap(&mut self, seconds: T) {
         self.start_node();
         self.rests.interrupt();

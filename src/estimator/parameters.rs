@@ -13,24 +13,24 @@ const HALF_ROOT: f32 = core::f32::consts::FRAC_1_SQRT_2;
 /// 1 / sqrt 6.
 const SIXTH_ROOT: f32 = 0.408_248_3;
 
-/// A linearisation point: constant over a node.
+/// Sensor errors at which a node's rows are made linear: constant over the node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T> {
     /// I + magnetometer matrix.
     pub mag_matrix: M3<T>,
-    /// Added to the field that was read, of the norm.
+    /// Added to the field that was read, in units of the field's norm.
     pub hard_iron: V3<T>,
-    /// Seconds.
+    /// Delay of the magnetometer behind the gyro, seconds.
     pub mag_lag: T,
-    /// Seconds.
+    /// Delay of the accelerometer behind the gyro, seconds.
     pub accel_lag: T,
     /// I + accelerometer matrix.
     pub accel_matrix: M3<T>,
-    /// m/s^2.
+    /// Added to the specific force that was read, m/s^2.
     pub accel_bias: V3<T>,
-    /// rad/s, raw.
+    /// Gyro bias, rad/s, raw frame.
     pub bias: V3<T>,
-    /// P.
+    /// Gyro matrix P.
     pub p: M3<T>,
 }
 
@@ -48,7 +48,7 @@ impl<T: Real> Parameters<T> {
         }
     }
 
-    /// From the deviations of the globals from the prior's mean, in their own units, and that mean of bias and P.
+    /// Parameters from the globals' deviations from the prior's mean, in their own units, and that mean of bias and P.
     pub(super) fn new(x: &[T; GLOBALS], bias: &V3<T>, p: &M3<T>) -> Self {
         let m = &x[MAG_MATRIX.columns()];
         let h = T::of(HALF_ROOT);
@@ -107,7 +107,7 @@ pub(super) fn mag_columns<T: Real>(elements: &[T; 9]) -> [T; 8] {
     ]
 }
 
-/// The same of the accelerometer matrix.
+/// The same for the accelerometer matrix: nine elements, nine columns.
 pub(super) fn accel_columns<T: Real>(elements: &[T; 9]) -> [T; 9] {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *elements;
     let h = T::of(HALF_ROOT);

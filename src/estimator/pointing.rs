@@ -3,8 +3,8 @@
 
 use super::real::{M3, Real, V3, square, zero3};
 
-/// Deviations of the attitude by which an axis has to have turned, root mean square, to show what is constant along it:
-/// then three quarters of what tells the two apart are turns, and no noise.
+/// Root mean square turn of an axis, in deviations of the attitude, from which on a constant field along it shows:
+/// three quarters of what tells it from the earth's are then turns, and no noise.
 const SHOWN_BY: f32 = 2.0;
 
 /// Scatter of the body's axes in the earth frame.
@@ -14,7 +14,7 @@ pub(super) struct Pointing<T> {
     /// variance, 1/rad^2.
     mean: [V3<T>; 3],
     weight: T,
-    /// Sums of the squared distances from it, in units of the attitude's variance at each node, and the number of
+    /// Sums of the squared distances from the mean, in units of the attitude's variance at each node, and the number of
     /// nodes.
     scatter: [T; 3],
     nodes: T,
@@ -25,7 +25,7 @@ impl<T: Real> Pointing<T> {
         Self { mean: [zero3(); 3], weight: T::ZERO, scatter: [T::ZERO; 3], nodes: T::ZERO }
     }
 
-    /// The heading begins anew: directions before and after do not compare.
+    /// Forgets the mean directions: they do not compare with those of a new heading.
     pub fn turn_anew(&mut self) {
         (self.mean, self.weight) = ([zero3(); 3], T::ZERO);
     }

@@ -19,19 +19,19 @@ const LEAST_MOTION_S: f32 = 14.0;
 const LEAST_MOTION_EXCLUDED_S: f32 = 4.5;
 /// Chi-square of nine degrees of freedom, exceeded once in a thousand.
 const EXCLUDED: f32 = 27.88;
-/// Share of the latest time without a rate at which the gyro is of no use.
+/// Share of the latest time without a rate from which on the gyro is of no use.
 const MOST_LOST: f32 = 0.5;
-/// Share of the latest motion whose rates contradict the field at which they are no bursts: after each that does the
-/// attitude is aligned anew, so that a gyro that is always wrong contradicts half of the time.
+/// Share of the latest motion whose rates contradict the field from which on this is no burst: the attitude is aligned
+/// anew after each contradiction, so that a gyro that is always wrong contradicts half of the time.
 const MOST_TURNED: f32 = 0.25;
-/// Share of the latest motion without a field at which there is no magnetometer.
+/// Share of the latest motion without a field from which on there is no magnetometer.
 const MOST_FIELDLESS: f32 = 0.8;
-/// Deviations of the prior from its centre, the factory's P or a stored model's, at which a P is none that a data
-/// sheet allows: one in 16,000 by chance.
+/// Deviations of P, in widths of its prior, from the factory's P or a stored model's from which on no data sheet allows
+/// it: one in 16,000 by chance.
 const MOST_SIGMAS: f32 = 4.0;
-/// Hard iron, of the earth's field, at which the magnetometer needs a calibration first.
+/// Hard iron, of the earth's field, from which on the magnetometer needs a calibration first.
 const MOST_HARD_IRON: f32 = 0.5;
-/// Share of the prior's variance that is left of a parameter that is observed: half of its deviation.
+/// Share of the prior's variance that a parameter must fall below to count as observed: half of its deviation.
 const OBSERVED: f32 = 0.25;
 
 /// Gyro's errors, from all samples so far.
@@ -45,22 +45,22 @@ pub struct Posterior {
     pub sigma: [f32; 12],
     /// Covariance of P's nine elements, row-major: the packed lower triangle.
     pub p_covariance: [f32; 45],
-    /// Directions of P's nine that the data decide.
+    /// Number of P's nine directions that the data decide.
     pub decided: u8,
-    /// Which of the twelve parameters are observed.
+    /// True for those of the twelve parameters that are observed, in the order of `sigma`.
     pub observable: [bool; 12],
     /// Widths that the data choose for the magnetometer's shape, the hard iron, the accelerometer's matrix,
     /// the magnetometer's misalignment and the accelerometer's bias, over the data sheets'.
     pub widths: [f32; 5],
-    /// Mean squared innovation over its degrees of freedom.
+    /// NIS: mean squared innovation over its degrees of freedom.
     pub nis: f32,
-    /// Seconds of motion that it comes from.
+    /// Seconds of motion that the posterior comes from.
     pub motion_s: f32,
-    /// Decision whether it may fly, and the reason if not.
+    /// Decision whether the mean may fly, and the reason if not.
     pub fitness: Result<(), Refusal>,
 }
 
-/// Returns true if the P that the filter began with is as far from the mean as chance allows once in a thousand.
+/// Returns true if the P that the filter began with is farther from the mean than chance makes it once in a thousand.
 fn excludes_start<T: Real>(averaged: &Averaged<T>) -> bool {
     let covariance = |i: usize, j: usize| averaged.covariance.get(triangle(i) + j).copied().unwrap_or(T::ZERO);
     let Some(factor) = Cholesky::<T, 9>::new(9, covariance) else { return false };
@@ -148,7 +148,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
         let sigmas = averaged.mean.iter().take(9).fold(0.0_f32, |most, x| {
             let size = libm::fabsf(x.narrow());
-            // A NaN stays.
+            // A NaN stays, and is refused.
             if size <= most { most } else { size }
         });
         if !matches!(sigmas.partial_cmp(&MOST_SIGMAS), Some(core::cmp::Ordering::Less)) {
@@ -161,14 +161,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Ok(())
     }
 
-    /// The bias of a deviation in units of the prior's width, rad/s.
+    /// Bias at a deviation in units of the prior's width, rad/s.
     fn bias_of(&self, deviation: &[T; 3]) -> [f32; 3] {
         let [x, y, z] = *deviation;
         let sigma = self.prior.sigma.get(BIAS.from).copied().unwrap_or(T::ZERO);
         (self.bias + V3::new(x, y, z) * sigma).map(|b| b.narrow()).into()
     }
 
-    /// The model of deviations of P (row-major) and b in units of the prior's widths.
+    /// Model at deviations of P (row-major) and b in units of the prior's widths.
     pub(super) fn model(&self, deviations: &[T; 12]) -> GyroModel {
         let [p @ .., x, y, z] = *deviations;
         let mut model = GyroModel { b_rad_s: self.bias_of(&[x, y, z]), ..self.settings.factory };

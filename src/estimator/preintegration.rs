@@ -14,7 +14,7 @@ use super::{
     taken_out::TakenOut,
 };
 
-/// Bias and P.
+/// Number of elements of bias and P.
 pub(super) const GYRO: usize = 12;
 
 /// A quantity's derivatives with respect to bias and P: a vector each.
@@ -71,14 +71,14 @@ pub(super) struct Turned<T> {
     pub force: Option<V3<T>>,
 }
 
-/// From node to node.
+/// Sums over the increments from one node to the next.
 #[derive(Clone, Copy)]
 pub(super) struct Preintegration<T> {
     /// Last sample, microseconds.
     pub end_us: u64,
     pub seconds: T,
     pub rotation: M3<T>,
-    /// Rotation error, at the first node, by bias and P.
+    /// Derivatives of the rotation error, in the frame of the first node, by bias and P.
     pub by_gyro: ByGyro<T>,
     /// Sum of the fields, and of its derivatives: elements of the magnetometer matrix, hard iron, lag, bias and P.
     pub field: V3<T>,
@@ -89,7 +89,7 @@ pub(super) struct Preintegration<T> {
     pub fields: u16,
     /// Sum of the norms of the corrected fields.
     pub field_norms: T,
-    /// Their first, turned, and the sum of the others' squared distances from it.
+    /// First of the corrected fields, turned, and the sum of the others' squared distances from it.
     first_field: V3<T>,
     field_distances: T,
     pub velocity: Path<T>,
@@ -100,7 +100,7 @@ pub(super) struct Preintegration<T> {
     pub angle: T,
     /// Sum of the variances of specific force.
     pub vibration: T,
-    /// Variances, of each axis, by what nobody read: of the turn, rad^2, and of the velocity gained, (m/s)^2.
+    /// Variances, of each axis, by lost samples: of the turn, rad^2, and of the velocity gained, (m/s)^2.
     pub unread_turn: T,
     pub unread_velocity: T,
     /// Sums of raw mean rates, of variances within increments, and of squares of the means about the first.
@@ -322,7 +322,7 @@ impl<T: Real> Preintegration<T> {
     }
 }
 
-/// Largest component of a vector's square, for limits on axes.
+/// Largest component of a vector of squares, for limits on axes.
 pub(super) fn largest<T: Real>(v: &V3<T>) -> T {
     let pair = if v.x > v.y { v.x } else { v.y };
     if pair > v.z { pair } else { v.z }

@@ -1,4 +1,4 @@
-//! Prior of the globals: its widths, and its centre of P. The factory's, or about a stored model.
+//! Prior of the globals: their widths, and the centre of P, which is the factory's P or a stored model's.
 
 use super::{
     Settings,
@@ -16,7 +16,7 @@ pub(super) struct Prior<T> {
     pub p: M3<T>,
     /// True if P's prior is about a stored model.
     pub is_restored: bool,
-    /// Deviations that were stored with its P, row-major, in units of the widths; 0: the factory's.
+    /// Deviations that were stored with the model's P, row-major, in units of the widths; 0: no stored model.
     pub stored_sigma: [T; 9],
 }
 
@@ -25,12 +25,13 @@ impl<T: Real> Prior<T> {
         Self { sigma: [T::ZERO; GLOBALS], p: zero33(), is_restored: false, stored_sigma: [T::ZERO; 9] }
     }
 
-    /// The factory's.
+    /// The prior about the factory's model.
     pub fn of(settings: &Settings) -> Self {
         Self { sigma: settings.sigma.map(T::of), p: matrix(&settings.factory), ..Self::zero() }
     }
 
-    /// About a stored model, as wide as its P was known (`deviations`: P row-major, then b) and may have drifted.
+    /// Puts P's prior about a stored model, as wide as its P was known (`deviations`: P row-major, then b) and may have
+    /// drifted.
     pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12]) {
         self.p = matrix(model);
         self.is_restored = true;

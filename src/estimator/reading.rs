@@ -20,7 +20,7 @@ pub(super) struct Predicted<T> {
     pub position: V3<T>,
 }
 
-/// Parts of a node.
+/// Inputs of a node's rows.
 pub(super) struct Taken<'a, T> {
     pub pre: &'a Preintegration<T>,
     pub parameters: &'a Parameters<T>,
@@ -30,7 +30,7 @@ pub(super) struct Taken<'a, T> {
     pub field_unit: T,
     /// Widths of the priors.
     pub sigma: &'a [T; GLOBALS],
-    /// Variance of its rotation by what is not known of bias and P, rad^2.
+    /// Variance of the node's rotation by the uncertainty of bias and P, rad^2.
     pub unknown: T,
     pub kind: Kind,
 }
@@ -50,7 +50,7 @@ pub(super) enum Readings {
 pub(super) struct Agreement<T> {
     pub field: Readings,
     pub force: Readings,
-    /// The field is another by nothing but a turn: not it, the gyro is wrong.
+    /// True if the field differs by nothing but a turn: then the gyro is wrong, and not the field.
     pub is_turned: bool,
     /// The field's innovation in units of its deviations, earth frame.
     pub innovation: Option<V3<T>>,
@@ -60,7 +60,7 @@ pub(super) fn weight<T: Real>(variance: T) -> T {
     T::ONE / variance.root()
 }
 
-/// Student's t: what the weight of a residual of zero is above that of a Gaussian.
+/// Student's t: weight of a residual of zero over that of a Gaussian.
 pub(super) fn peak<T: Real>(noise: &Noise) -> T {
     T::of((noise.freedom + 3.0) / noise.freedom)
 }
@@ -77,7 +77,7 @@ pub(super) fn predict<T: Real>(node: &Node<T>, taken: &Taken<T>) -> Predicted<T>
     }
 }
 
-/// The gyro's rotation links the attitudes.
+/// Writes the rows of the rotation: the gyro links the attitudes of the old and the new node.
 pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &Taken<T>) {
     let Taken { pre, settings, sigma, unknown, .. } = *taken;
     let noise = &settings.noise;
@@ -94,13 +94,13 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
     );
 }
 
-/// Nodes over which the declared field is read, 20 s of motion: each has so small a part of what it says that by the
-/// last the field's own errors are known, and a linear model holds.
+/// Nodes over which the declared field is read, 20 s of motion: each takes so small a part of its information that by
+/// the last the field's own errors are known, and a linear model holds.
 const REFERRED: u8 = 40;
-/// Deviations, of the declared dip and of all iron that is believed, beyond which it is that of another place.
+/// Deviations of the dip, by its declared error and the prior's iron, beyond which it is another place's.
 const ANOTHER_PLACE: f32 = 5.0;
 
-/// The declared field of the earth is that of the node.
+/// Writes the rows that the earth field of the node is the declared one.
 pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) {
     let Some(reference) = taken.settings.reference else { return };
     let is_ready = node.has_field && node.curved == 0 && node.referred < REFERRED && taken.field_unit > T::ZERO;
@@ -132,11 +132,11 @@ pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken:
 pub(super) struct Seen<T> {
     pub readings: Readings,
     pub is_turned: bool,
-    /// In units of its deviations, earth frame.
+    /// Innovation in units of its deviations, earth frame.
     pub innovation: Option<V3<T>>,
 }
 
-/// The field that was read.
+/// Writes the rows of the field that was read.
 pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -> Seen<T> {
     let Taken { pre, settings, sigma, .. } = *taken;
     let noise = &settings.noise;
@@ -158,12 +158,12 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     // angle^2 / 24.
     let turn = pre.angle / pre.seconds * T::of(settings.sample_period_s);
     let shorter = turn * turn / T::of(24.0);
-    // A turn that nobody read is between its readings.
+    // The turn in lost samples lies between the field's readings.
     let own = own * own + shorter * shorter + pre.unread_turn;
     let scatter = pre.field_variance();
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
-    // By the usual scatter: that of a field which comes or goes within the node is large.
+    // The gate takes the usual scatter: that of a field which comes or goes within the node is large.
     if expected.is_contradicted((own + node.norms.scatter().unwrap_or(scatter)) / own) {
         rows.as_flattened_mut().fill(T::ZERO);
         let size = norm(&node.field);
@@ -174,12 +174,12 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     node.norms.add(pre, share);
     let usual = if noise.field_is_even { norm(&node.field) } else { node.norms.of_their_time() };
     let deviation = length / usual - T::ONE;
-    // Scatter beyond the readings' own is the field's.
+    // A deviation of the norm beyond the readings' scatter is a disturbance of the field.
     let disturbed = deviation * deviation - scatter;
     let disturbed = if disturbed > T::ZERO { disturbed } else { T::ZERO };
     let mut variance = own + disturbed + scatter;
     if node.curved > 0 {
-        // An error x leaves x^2 / 2 in the linear model, of mean square half the squared sum of the variances. It
+        // An error x leaves x^2 / 2 in the linear model, of mean square half the squared sum of the variances. This
         // goes with the rotation, and would be taken for iron.
         let turned = attitude_variance(node, taken.globals);
         let curvature = T::of(0.5) * turned * turned;
@@ -200,13 +200,13 @@ fn aliased_variance<T: Real>(taken: &Taken<T>) -> T {
     least * least + vibration + unread_variance(taken)
 }
 
-/// The same by what nobody read: force, and the turn that tilts gravity from then on.
+/// Noise of the velocity's increment by lost samples: their force, and the turn that tilts gravity from then on.
 fn unread_variance<T: Real>(taken: &Taken<T>) -> T {
     let fallen = T::of(taken.settings.gravity_m_s2) * taken.pre.seconds;
     taken.pre.unread_velocity + taken.pre.unread_turn * fallen * fallen
 }
 
-/// Returns true if the velocity from the readings of force contradicts its bound. `path` is room for its rows, zero
+/// Returns true if the velocity from the readings of force contradicts its bound. `path` is scratch room for rows, zero
 /// before and after.
 pub(super) fn is_path_contradicted<T: Real>(
     path: &mut [[T; WIDTH]; 6],

@@ -9,9 +9,9 @@ pub trait Real: RealField + Copy {
     const ZERO: Self;
     /// 1.
     const ONE: Self;
-    /// A constant.
+    /// Converts a constant.
     fn of(x: f32) -> Self;
-    /// Rounded to the chip's width.
+    /// Rounds to `f32`, the chip's width.
     fn narrow(self) -> f32;
     /// Square root.
     fn root(self) -> Self;
@@ -19,7 +19,7 @@ pub trait Real: RealField + Copy {
     fn logarithm(self) -> Self;
     /// Exponential.
     fn exponential(self) -> Self;
-    /// Angle of (x, y), x being `self`'s argument: atan2(self, x).
+    /// Angle of the point (x, `self`): atan2(self, x).
     fn angle(self, x: Self) -> Self;
 }
 

@@ -31,7 +31,7 @@ pub enum Refusal {
     },
     /// Too little of the motion has a field: rotation about gravity cannot be seen.
     NoMagnetometer {
-        /// Share of the motion without one.
+        /// Share of the motion without a field.
         share: f32,
     },
     /// P is farther from the factory's than any part's data sheet allows.

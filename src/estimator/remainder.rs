@@ -18,14 +18,14 @@ use whiteness::Whiteness;
 /// Nodes over which innovations are averaged: a minute.
 pub(super) const INNOVATIONS: u16 = 120;
 
-/// Rate at which anything is said of a white remainder. Half of it is for its memory, half is shared out among the
-/// quantities (Bonferroni).
+/// Rate of false alarms on a white remainder, all tests together. Half of it is for its memory, half is divided among
+/// the quantities (Bonferroni).
 const FALSE_ALARMS: f32 = 0.01;
 
-/// The same of the memory.
+/// Rate of false alarms of the memory's test.
 const LIMIT_OF_MEMORY: f32 = FALSE_ALARMS / 2.0;
 
-/// The same of one quantity.
+/// Rate of false alarms of one quantity's test.
 const LIMIT: f32 = FALSE_ALARMS / (2 * COUNT) as f32;
 
 /// Sums, of fixed size, of the latest nodes' innovations and conditions.
@@ -39,7 +39,7 @@ pub(super) struct Remainder {
     contradicted: u16,
     /// Mean square of a component of the field's innovations, over the latest minute.
     dispersion: f32,
-    /// Nodes that it is of.
+    /// Number of nodes that the dispersion is of.
     dispersed: u16,
 }
 
@@ -57,7 +57,7 @@ impl Remainder {
         }
     }
 
-    /// Begins anew.
+    /// Begins anew, but keeps the dispersion.
     pub fn start(&mut self) {
         *self = Self { dispersion: self.dispersion, dispersed: self.dispersed, ..Self::zero() };
     }
@@ -67,7 +67,7 @@ impl Remainder {
         self.conditions.take(moment, rotation);
     }
 
-    /// Begins a node whose conditions are those that come.
+    /// Begins a node: the conditions to come are its own.
     pub fn start_node(&mut self) {
         self.conditions.start();
     }
@@ -83,24 +83,24 @@ impl Remainder {
         self.seconds += seconds;
     }
 
-    /// A node whose field was left out, for it contradicted everything known.
+    /// Counts a node whose field was left out because it contradicted everything known.
     pub fn contradict(&mut self) {
         self.contradicted = self.contradicted.saturating_add(1);
     }
 
-    /// Returns true if more fields contradicted than one in 10,000 does by chance: two in a window are one in 20,000
-    /// windows.
+    /// Returns true if more fields contradicted than the one in 10,000 that does by chance: two in a window happen by
+    /// chance in one of 20,000 windows.
     pub const fn is_contradicted(&self) -> bool {
         self.contradicted > 1
     }
 
-    /// Variance of the field's innovations over the latest minute, over the one that they should have: 1 where all is
-    /// as it is said to be.
+    /// Variance of the field's innovations over the latest minute, over the one that they should have: 1 if the noise
+    /// is stated right.
     pub const fn dispersion(&self) -> f32 {
         self.dispersion
     }
 
-    /// Returns the quantities that they go with.
+    /// Returns the quantities that the remainder goes with.
     #[inline(never)]
     pub fn report(&self) -> RemainderReport {
         let mut report = RemainderReport::default();

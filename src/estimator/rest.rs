@@ -10,7 +10,7 @@ use super::{
 
 /// Shortest node that can be half of a rest, seconds.
 const LEAST_S: f32 = 0.4;
-/// Square of the deviations by which two means differ where something has changed: five, once in 20,000 by chance where
+/// Square of the deviations by which two means have to differ to count as changed: five, once in 20,000 by chance where
 /// the scatter of two dozen increments gives the deviation (Student's t).
 const CHANGED: f32 = 25.0;
 /// Largest deviation of the specific force at rest, m/s^2 (VQF's default; Laidig and Seel, Information Fusion 91,
@@ -66,7 +66,7 @@ impl<T: Real> Half<T> {
         }
     }
 
-    /// Returns true if the vectors point elsewhere.
+    /// Returns true if force or field points elsewhere.
     fn has_turned(&self, since: &Self) -> bool {
         self.force.has_turned(&since.force) || self.field.has_turned(&since.field)
     }
@@ -80,7 +80,7 @@ impl<T: Real> Half<T> {
     }
 }
 
-/// The node before, as half of a rest.
+/// Judge of rests, with the node before as half of a rest.
 #[derive(Clone, Copy)]
 pub(super) struct Rests<T> {
     before: Option<Half<T>>,
@@ -89,7 +89,7 @@ pub(super) struct Rests<T> {
     first: Option<Half<T>>,
     first_s: T,
     doubted_s: T,
-    /// Mean raw rate of the two.
+    /// Mean raw rate of these two nodes, rad/s.
     pub rate: V3<T>,
     /// When the latest rest ended, microseconds; 0: there was none.
     pub latest_us: u64,
@@ -162,7 +162,7 @@ impl<T: Real> Rests<T> {
         let first = *self.first.get_or_insert(before);
         self.first_s += pre.seconds;
         if half.has_turned(&first) {
-            // A turn too slow for two nodes.
+            // The probe turns too slowly for two successive nodes to show it.
             self.doubted_s = self.first_s;
             (self.first, self.first_s) = (Some(half), T::ZERO);
             return false;

@@ -10,59 +10,59 @@ use crate::{
     config::{Config, Motion},
 };
 
-/// No gyro is better, rad/s/rtHz: 2e-4 deg a root hour.
+/// Least noise of a gyro, rad/s/rtHz: none is better than 2e-4 deg per root hour.
 const LEAST_GYRO_NOISE: f32 = 5e-8;
 
-/// Noise of the sensors and bounds of the motion. It is of the sensor and the motion and is configured: evidence
-/// would choose a drill string's constants for motion by hand by 1,500 log units, and be wrong by a factor of 14 to
+/// Deviations of the sensors' noise and bounds of the motion. They are configured, because evidence cannot choose them:
+/// for motion by hand it would prefer a drill string's constants by 1,500 log units, and be wrong by a factor of 14 to
 /// 58 in variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Rotation, rad per root second: the gyro's noise, and by hand at least what the model leaves out.
+    /// Noise of the rotation, rad per root second: the gyro's, and by hand at least what the model leaves out.
     pub rotation_rad_rts: f32,
-    /// Rotation, share of the angle that was turned.
+    /// Further noise of the rotation, as a share of the angle that was turned.
     pub rotation_share: f32,
-    /// Mean field of a node, share of the norm.
+    /// Noise of a node's mean field, as a share of the norm.
     pub field_share: f32,
-    /// The same at rest, as a factor.
+    /// Factor on `field_share` at rest.
     pub field_at_rest: f32,
-    /// The earth field where the probe is, share of the norm per root second of motion.
+    /// Walk of the earth field where the probe is, share of the norm per root second of motion.
     pub field_walk_rts: f32,
     /// Walk of each element of P, per root second.
     pub p_walk_rts: f32,
     /// Walk of the gyro's bias, rad/s per root second.
     pub bias_walk_rad_s_rts: f32,
-    /// Position about where it is held, metres.
+    /// Bound of the position about where the probe is held, metres.
     pub position_m: f32,
-    /// Velocity, m/s.
+    /// Bound of the velocity, m/s.
     pub velocity_m_s: f32,
-    /// Increment of velocity over a node, m/s.
+    /// Noise of a node's increment of velocity, m/s.
     pub velocity_increment_m_s: f32,
-    /// White acceleration, m/s per root second, of velocity and position alike.
+    /// Noise of white acceleration, m/s per root second, on velocity and position alike.
     pub acceleration_m_s_rts: f32,
-    /// Freedom of Student's t of the acceleration; 0: Gaussian.
+    /// Degrees of freedom of Student's t of the acceleration; 0: Gaussian.
     pub acceleration_freedom: f32,
-    /// Freedom of Student's t of field and rotation.
+    /// Degrees of freedom of Student's t of field and rotation.
     pub freedom: f32,
     /// True if the earth's field is the same over the whole path. Then a field is disturbed if its norm differs from
-    /// that of the estimated field, and if it contradicts by a turn alone the gyro is wrong. Else it is disturbed if
-    /// its norm differs from the mean of the norms as they were calibrated at their time, which widens the noise as
-    /// long as the calibration moves, too.
+    /// that of the estimated field, and if it contradicts by a turn alone the gyro is wrong. Else a field is disturbed
+    /// if its norm differs from the mean of earlier norms, each calibrated as it was at its time; this also widens the
+    /// noise as long as the calibration moves.
     pub field_is_even: bool,
-    /// True if predicted gravity, not the read one, multiplies the accelerometer's errors: where vibration is larger
+    /// True if predicted gravity, not the read force, multiplies the accelerometer's errors: where vibration is larger
     /// than gravity.
     pub predicted_gravity: bool,
 }
 
 impl Noise {
-    /// A sensor moved by hand.
+    /// Noise of a sensor moved by hand.
     pub const HAND: Self = Self {
         rotation_rad_rts: 5.236e-4, // 0.03 deg
         rotation_share: 0.003,
         field_share: 0.006,
         field_at_rest: 0.3,
         field_walk_rts: 0.01,
-        p_walk_rts: 2e-4,             // 1e-4 to 3e-4 cost nothing
+        p_walk_rts: 2e-4,             // 1e-4 to 3e-4 are as good
         bias_walk_rad_s_rts: 5.24e-5, // 3e-3 deg/s: a tighter one is overconfident by 17 % on real recordings
         position_m: 0.3,
         velocity_m_s: 1.0,
@@ -74,7 +74,7 @@ impl Noise {
         predicted_gravity: false,
     };
 
-    /// A probe in a drill string.
+    /// Noise of a probe in a drill string.
     pub const DRILL_STRING: Self = Self {
         rotation_rad_rts: 1.75e-4,
         rotation_share: 5e-5,
@@ -93,8 +93,8 @@ impl Noise {
         predicted_gravity: true,
     };
 
-    /// By hand, with vectors that a reference attitude of 0.1 deg stands for (an optical one): what is left is the
-    /// gyro's.
+    /// Noise by hand, with vectors that come from a reference attitude of 0.1 deg (an optical one): the errors that are
+    /// left are the gyro's.
     pub const REFERENCE: Self = Self {
         rotation_share: 0.001,
         field_share: 0.002,
@@ -104,7 +104,7 @@ impl Noise {
         ..Self::HAND
     };
 
-    /// All zero, for a static.
+    /// All zero, to initialise a static.
     pub(super) const UNSET: Self = Self {
         rotation_rad_rts: 0.0,
         rotation_share: 0.0,
@@ -129,7 +129,7 @@ impl Noise {
 pub struct Settings {
     /// Nominal sample period, seconds.
     pub sample_period_s: f32,
-    /// True if the gyro's readings are of an instant.
+    /// True if the gyro's readings are of an instant, not means over the interval that they end.
     pub is_instant: bool,
     /// Gravity, m/s^2.
     pub gravity_m_s2: f32,
@@ -137,15 +137,15 @@ pub struct Settings {
     pub factory: GyroModel,
     /// Noise and bounds.
     pub noise: Noise,
-    /// Width of the prior of each column, in its own unit; 0: the column is not there.
+    /// Width of the prior of each column, in its own unit; 0: the column is not in use.
     pub sigma: [f32; GLOBALS],
     /// Widths of the nuisances' priors that the posterior is averaged over.
     pub widths: Widths,
-    /// A second that deviates less on every axis may be a rest, rad/s.
+    /// Deviation of the rate below which, on every axis, the probe may be at rest, rad/s.
     pub rest_deviation_rad_s: f32,
     /// The largest bias, rad/s: a steady rate above it is rotation.
     pub most_bias_rad_s: f32,
-    /// When an effect is claimed.
+    /// Rules by which an effect is claimed.
     pub rules: Rules,
     /// Field of the earth as it is declared, where it is the same over the whole path.
     pub reference: Option<Reference>,
@@ -160,7 +160,7 @@ pub struct Reference {
     pub norm_sigma_ut: f32,
     /// Sine of the dip below the horizontal.
     pub dip_sine: f32,
-    /// Its deviation.
+    /// Deviation of the dip's sine.
     pub dip_sine_sigma: f32,
 }
 
@@ -181,7 +181,7 @@ impl Reference {
 }
 
 impl Settings {
-    /// All zero, for a static.
+    /// All zero, to initialise a static.
     pub const UNSET: Self = Self {
         sample_period_s: 0.0,
         is_instant: false,
@@ -196,7 +196,7 @@ impl Settings {
         reference: None,
     };
 
-    /// From the configuration.
+    /// Settings that follow from the configuration.
     #[must_use]
     pub fn new(config: &Config) -> Self {
         let id = &config.identification;
@@ -211,7 +211,8 @@ impl Settings {
         put(MAG_LAG.from, &[errors.mag_lag_s]);
         put(ACCEL_LAG.from, &[errors.accel_lag_s]);
         let widths = if drilling { Widths::DRILL_STRING } else { Widths::HAND };
-        // By hand three to four times as wide, to be narrowed when the posterior is asked for.
+        // By hand the filter's widths are three to four times the data sheets'; they are narrowed when the posterior is
+        // asked for.
         let [of_shape, of_iron, of_accel, of_turn, of_bias] = widths.sheet;
         put(MAG_SHAPE.from, &[errors.mag_matrix / of_shape; MAG_SHAPE.count]);
         put(MAG_TURN.from, &[errors.mag_matrix / of_turn; MAG_TURN.count]);
@@ -224,7 +225,7 @@ impl Settings {
             put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
         }
         if id.vectors_from_reference {
-            // They have no errors of their own, but for the common lag.
+            // Vectors from a reference have no errors of their own, but for the common lag.
             sigma = [0.0; GLOBALS];
         }
         let mut put = |from: usize, widths: &[f32]| {
@@ -238,7 +239,7 @@ impl Settings {
         let mut noise = if drilling { Noise::DRILL_STRING } else { Noise::HAND };
         let gyro = config.attitude.gyro_noise_rad_s_rthz;
         let gyro = if gyro > LEAST_GYRO_NOISE { gyro } else { LEAST_GYRO_NOISE };
-        // By hand what the model leaves out is no less.
+        // By hand the errors that the model leaves out are no smaller.
         if drilling || gyro > noise.rotation_rad_rts {
             noise.rotation_rad_rts = gyro;
         }

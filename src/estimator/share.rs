@@ -2,10 +2,10 @@
 
 use super::real::Real;
 
-/// Time that a share is of, seconds.
+/// Latest time that a share is taken over, seconds.
 const OF_S: f32 = 50.0;
 
-/// The mean over all time at first, later that of the last 50 s or so.
+/// Running mean: over all time at first, later over the last 50 s or so.
 #[derive(Clone, Copy)]
 pub(super) struct Share<T> {
     value: T,
@@ -17,7 +17,7 @@ impl<T: Real> Share<T> {
         Self { value: T::ZERO, seconds: T::ZERO }
     }
 
-    /// Over `seconds` more it was `now`.
+    /// Adds `seconds` in which the value was `now`.
     pub fn add(&mut self, now: T, seconds: T) {
         let seconds_so_far = self.seconds + seconds;
         self.seconds = if seconds_so_far < T::of(OF_S) { seconds_so_far } else { T::of(OF_S) };
@@ -30,10 +30,10 @@ impl<T: Real> Share<T> {
     }
 }
 
-/// Shares that say that a sensor is of no use.
+/// Shares of time that show that a sensor is of no use.
 #[derive(Clone, Copy)]
 pub(super) struct Shares<T> {
-    /// Share of the latest time whose rates came to no node.
+    /// Share of the latest time whose rates entered no node.
     pub unread: Share<T>,
     /// Share of the latest motion whose rates contradict the field.
     pub turned: Share<T>,

@@ -205,7 +205,7 @@ pub(super) fn reflect_two<T: Real, const L: usize, const E: usize>(
     take_all(&mut Two { first, second }, rows, further);
 }
 
-/// The rows below the first into that.
+/// Takes a column of the rows below the first into the first row.
 pub(super) fn reflect_first<T: Real, const L: usize>(rows: &mut [[T; L]], column: usize) {
     let Some((pivot, rest)) = rows.split_first_mut() else { return };
     let own = pivot.get_mut(column..).unwrap_or_default();

@@ -14,7 +14,7 @@ use super::{
 use crate::compensation::{ActiveEffects, Effect, GyroModel};
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Starts afresh.
+    /// Sets the configuration and starts afresh.
     pub fn configure(&mut self, settings: &Settings, library: &'static [&'static dyn Effect]) {
         self.candidates.configure(library);
         self.settings = *settings;
@@ -33,7 +33,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.known_attitude.clear();
     }
 
-    /// From the factory's prior.
+    /// Starts from the factory's prior.
     pub(super) fn begin(&mut self) {
         self.prior = Prior::of(&self.settings);
         self.task = Task::Next;
@@ -59,7 +59,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.linearise();
     }
 
-    /// The parameters at the present globals.
+    /// Computes the parameters at the present globals.
     pub(super) fn linearise(&mut self) {
         let mut x = self.globals.x;
         for (x, sigma) in x.iter_mut().zip(&self.prior.sigma) {
@@ -68,9 +68,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.parameters = Parameters::new(&x, &self.bias, &self.prior.p);
     }
 
-    /// A model that was stored, with its deviations (P row-major, then b): P's prior is about it, as wide as it was
-    /// known and may have drifted. The bias is another one at every start, and is as unknown as without. The effects
-    /// that were taken out still are. Forgotten where the samples contradict it.
+    /// Starts about a stored model with its deviations (P row-major, then b): P's prior is about the model's P, as wide
+    /// as that was known and may have drifted. The bias is another one at every start, and is as unknown as without the
+    /// model. The effects that were taken out still are. If the samples contradict the model, it is forgotten.
     pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
         self.prior.restore(model, deviations);
         self.candidates.restore(effects);

@@ -12,7 +12,7 @@ pub struct TakenOut<T> {
 }
 
 impl<T: Real> TakenOut<T> {
-    /// Nothing.
+    /// No additions.
     pub fn nothing() -> Self {
         Self { rate: zero3(), force: zero3(), field: zero3() }
     }

@@ -4,7 +4,7 @@ use super::real::Real;
 
 const TOGETHER: usize = 8;
 
-/// Sum of products of two slices, in their order; the longer one's end counts for nothing.
+/// Sum of products of two slices, in their order; elements beyond the end of the shorter one are ignored.
 pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     let length = if a.len() < b.len() { a.len() } else { b.len() };
     let (a, b) = (a.get(..length).unwrap_or_default(), b.get(..length).unwrap_or_default());

@@ -18,14 +18,14 @@ use super::{
 /// Deviation of a rest's rate from zero, beyond the gyro's own noise: 0.05 deg/s, the slowest turn that a second of
 /// vector readings can rule out.
 const REST_RATE_RAD_S: f32 = 8.7e-4;
-/// Speed at rest, m/s.
+/// Bound of the speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
-/// Rows of an update, 36; what the evidence of the effects needs takes ten more.
+/// Rows of an update, 36, and ten more that the evidence of the effects needs.
 pub(super) const SCRATCH: usize = NODE + ROWS + 10;
 /// Weight of the rows of a rest.
 pub(super) const REST_WEIGHT: f32 = 1.0 / REST_RATE_RAD_S;
 
-/// Blocks of three new rows that have a constant.
+/// Blocks of three new rows that have a constant, by index: read field, bounds of velocity and position, rest.
 #[cfg(feature = "explanation")]
 pub(super) const FIELD_READ: usize = 1;
 #[cfg(feature = "explanation")]
@@ -86,7 +86,7 @@ impl<T: Real> Update<T> {
         let mut force = if pre.forces == pre.increments { Readings::Used } else { Readings::Missing };
         if force == Readings::Used {
             let mut path = [[T::ZERO; WIDTH]; 6];
-            // By hand force is what keeps the attitude where a field is wrong for long, and must not be locked out.
+            // By hand the force holds the attitude while a field is wrong for long, and must not be left out.
             let is_bounded = noise.acceleration_m_s_rts > 0.0;
             if is_bounded && is_path_contradicted(&mut path, node, taken, &self.predicted.velocity, speed) {
                 force = Readings::Contradicted;
@@ -146,7 +146,7 @@ impl<T: Real> Update<T> {
         }
     }
 
-    /// Rows that hold the globals alone.
+    /// Rows of the globals alone, once the states are eliminated.
     pub fn left_over(&mut self) -> &mut [[T; WIDTH]] {
         self.rows.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default()
     }

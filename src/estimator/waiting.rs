@@ -3,14 +3,14 @@
 use super::{increment::Item, real::Real};
 use heapless::Deque;
 
-/// Items that find room: 0.9 s of increments.
+/// Capacity in items: 0.9 s of increments.
 const ROOM: usize = 24;
 
 pub(super) struct Waiting<T> {
     items: Deque<Item<T>, ROOM>,
-    /// Items that found no room.
+    /// Number of items that found no room.
     pub lost: u32,
-    /// Length of the increments among them since the last item that did, seconds.
+    /// Seconds of lost increments and gaps since the last item that found room.
     dropped_s: T,
 }
 
@@ -19,14 +19,14 @@ impl<T: Real> Waiting<T> {
         Self { items: Deque::new(), lost: 0, dropped_s: T::ZERO }
     }
 
-    /// As new.
+    /// Makes the queue as new.
     pub fn clear(&mut self) {
         self.items.clear();
         (self.lost, self.dropped_s) = (0, T::ZERO);
     }
 
     pub fn push(&mut self, item: Item<T>) {
-        // The gyro has nothing to do with it.
+        // The lost time counts as silent: it is not the gyro's fault.
         let dropped = Item::Gap { seconds: self.dropped_s, silent_s: self.dropped_s };
         if self.dropped_s > T::ZERO && self.items.push_back(dropped).is_ok() {
             self.dropped_s = T::ZERO;

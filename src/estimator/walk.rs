@@ -7,7 +7,7 @@ use super::{
 
 /// Interval of the walks, seconds.
 pub(super) const EVERY_S: f32 = 10.0;
-/// Variance that a global gains in a second, in squared units of its width.
+/// Variance that a global gains in a second, in squared units of its prior's width.
 pub(super) fn variance_per_s(column: usize, sigma: f32, noise: &Noise) -> f32 {
     let walk = if P.columns().contains(&column) {
         noise.p_walk_rts

@@ -12,7 +12,7 @@ pub(super) const GROUPS: usize = 5;
 /// bias - as parts of the one that the filter runs with; the data sheets' first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
-    /// The widths.
+    /// Widths of each group, as parts of the filter's.
     pub parts: [[f32; 3]; GROUPS],
     /// Number of widths of each group.
     pub count: [usize; GROUPS],
@@ -20,7 +20,7 @@ pub struct Widths {
     pub inflations: [f32; 3],
     /// Number of inflations.
     pub inflation_count: usize,
-    /// The data sheet's.
+    /// The data sheet's width of each group, as a part of the filter's.
     pub sheet: [f32; GROUPS],
     /// True if the lags of magnetometer and accelerometer are as well known as the rest of these sensors, and
     /// narrowed with it.
@@ -37,28 +37,28 @@ impl Widths {
         with_lags: false,
     };
 
-    /// By hand. The data sheets' widths are 3 % for the magnetometer's shape and misalignment, 10 % of the field for
-    /// the hard iron, 0.5 % for the accelerometer's matrix; the filter runs with 10 %, 30 % and 2 %. Averaged over are
-    /// once, a third and thrice the data sheet's; for the accelerometer's matrix once, 0.3 and four times. The
+    /// Widths by hand. The data sheets' widths are 3 % for the magnetometer's shape and misalignment, 10 % of the field
+    /// for the hard iron, 0.5 % for the accelerometer's matrix; the filter runs with 10 %, 30 % and 2 %. Averaged over
+    /// are once, a third and thrice the data sheet's; for the accelerometer's matrix once, 0.3 and four times. The
     /// accelerometer's bias has one width, as its matrix holds the bias too.
     pub const HAND: Self = Self {
         parts: [[0.3, 0.09, 0.9], [1.0 / 3.0, 0.1, 1.0], [0.25, 0.075, 1.0], [0.3, 0.09, 0.9], [1.0; 3]],
         count: [3, 3, 3, 3, 1],
-        // Where motion is slow the formal covariance is 2 to 6 times too small. Multiplied by 1.4, 0.7 and 0.36, these
-        // fly 0.74, 0.80 and 0.87 of the gain that is to be had on thirteen recordings with a gyro error of 2 %; the
-        // last one harms one of them as it is. So these stay 2.8 times above it.
+        // In slow motion the formal covariance is 2 to 6 times too small. With these inflations times 1.4, 0.7 and
+        // 0.36, on thirteen recordings with a gyro error of 2 % the share of the attainable gain is 0.74, 0.80 and
+        // 0.87; times 0.36 also harms one of them as recorded. So the inflations stay 2.8 times above that.
         inflations: [0.7, 1.4, 2.8],
         inflation_count: 3,
         sheet: [0.3, 1.0 / 3.0, 0.25, 0.3, 1.0],
         with_lags: false,
     };
 
-    /// In a drill string: from the data sheets' to next to nothing, which is a third of a percent of it: less, f32
-    /// does not tell apart. In steady rotation the data sheets' widths equal the third column of P, and a sensor that
-    /// is better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
+    /// Widths in a drill string: the data sheet's, a twentieth, and 0.3 % of it, less than which f32 does not tell from
+    /// nothing. In steady rotation errors as wide as the data sheets' equal the third column of P, and a sensor that is
+    /// better has to show it. The formal covariance is honest (0 to 70 deg, 30 to 180 rpm).
     ///
     /// The accelerometer's bias and the magnetometer's misalignment have widths of their own: in a vertical hole either
-    /// may be what turns one vector against the tool axis, and neither may pay for what else its sensor could do.
+    /// may be what turns one vector against the tool axis, and its sensor's other errors must not decide its width.
     pub const DRILL_STRING: Self = Self {
         parts: [[1.0, 0.05, 0.003]; GROUPS],
         count: [3; GROUPS],
@@ -71,7 +71,7 @@ impl Widths {
 
 #[cfg(feature = "explanation")]
 impl Widths {
-    /// The grid of one set of widths alone.
+    /// The grid with one set of widths alone.
     pub(super) fn only(&self, set: [usize; GROUPS]) -> Self {
         let mut one = Self { count: [1; GROUPS], ..*self };
         for ((one, all), index) in one.parts.iter_mut().zip(&self.parts).zip(set) {
@@ -80,7 +80,7 @@ impl Widths {
         one
     }
 
-    /// Which widths of a set are the data sheet's.
+    /// True for each group whose width in a set is the data sheet's.
     pub(super) fn sheets(&self, set: [usize; GROUPS]) -> [bool; GROUPS] {
         let is_sheet = |group: usize| {
             let width = self.parts.get(group).zip(set.get(group)).and_then(|(parts, index)| parts.get(*index));
@@ -90,12 +90,12 @@ impl Widths {
     }
 }
 
-/// Widths of all groups, as places in [`Widths::parts`], in the order in which the groups are taken out.
+/// Widths of all groups, as indices into [`Widths::parts`], in the order in which the groups are marginalised.
 pub(super) type Set = [u8; GROUPS];
 
 impl Widths {
     /// A set of widths and all that differ from it in one group, one after the other; `None` beyond the last. First
-    /// come those that differ in the group that is taken out last: they share the work for all before it.
+    /// come those that differ in the group that is marginalised last: they share the work for all before it.
     pub(super) fn near(&self, centre: &Set, index: usize) -> Option<Set> {
         let mut set = *centre;
         let Some(mut rest) = index.checked_sub(1) else { return Some(set) };
@@ -117,14 +117,14 @@ pub(super) fn are_near(a: &Set, b: &Set) -> bool {
     a.iter().zip(b).filter(|(a, b)| a != b).count() <= 1
 }
 
-/// Groups in the order in which they are taken out, the largest first.
+/// Groups in the order in which they are marginalised, the largest first.
 pub(super) const TAKEN: [usize; GROUPS] = [2, 0, 4, 3, 1];
-/// Groups that are taken out once for all sets that follow one another with the same widths of theirs.
+/// Number of groups, the first in that order, that are marginalised once for all successive sets with the same widths.
 pub(super) const SHARED: usize = 2;
-/// Variables whose covariance is looked at: P and bias first, then group by group, each group's lag behind it, to be
-/// taken out from the end.
+/// Number of variables in the averaged covariance: P and bias first, then group by group, each group's lag behind it,
+/// to be marginalised from the end.
 pub(super) const VARIABLES: usize = LEFT_AFTER[0] + COUNTS[TAKEN[0]];
-/// Variables of a group.
+/// Number of variables of each group.
 pub(super) const COUNTS: [usize; GROUPS] = [
     MAG_SHAPE.count + MAG_LAG.count,
     HARD_IRON.count,
@@ -132,7 +132,7 @@ pub(super) const COUNTS: [usize; GROUPS] = [
     MAG_TURN.count,
     ACCEL_BIAS.count,
 ];
-/// Variables that are left after each group, in the order in which they are taken out.
+/// Number of variables that are left after each group, in the order in which they are marginalised.
 pub(super) const LEFT_AFTER: [usize; GROUPS] = {
     let (mut left, mut k) = ([12; GROUPS], GROUPS - 1);
     while k > 0 {
@@ -141,10 +141,10 @@ pub(super) const LEFT_AFTER: [usize; GROUPS] = {
     }
     left
 };
-/// Groups with a lag, which is their last variable.
+/// True for groups with a lag, which is their last variable.
 pub(super) const HAS_LAG: [bool; GROUPS] = [true, false, true, false, false];
 
-/// The groups of columns in that order.
+/// Groups of columns in the order of the variables.
 const ORDER: [Group; 9] = [P, BIAS, HARD_IRON, MAG_TURN, ACCEL_BIAS, MAG_SHAPE, MAG_LAG, ACCEL_MATRIX, ACCEL_LAG];
 
 /// The column of a variable.

@@ -19,14 +19,15 @@ use crate::{
     optimizer::{Cost, LeastSquaresCost},
 };
 
-/// P and b.
+/// Number of elements of P and b.
 const GYRO: usize = COLUMNS - 1;
-/// Freedom of Student's t of a node, 5, and its rows: the squared innovation at which a node has half of its weight.
+/// Degrees of freedom of a node's Student's t, 5, and its rows: the squared innovation at which it has half of its
+/// weight.
 const SPREAD: f32 = 5.0 + ROWS as f32;
 
 /// Share of the posterior's information that the rows may take away where no node has any weight: a tenth stays.
 const MOST_TAKEN: f32 = 0.9;
-/// Halvings of the share before nothing is left of it.
+/// Most halvings of the share, after which it is 0.
 const HALVINGS: u8 = 10;
 
 /// Weight of a node with this squared innovation.
@@ -34,7 +35,7 @@ fn weight(square: f32) -> f32 {
     SPREAD / (SPREAD + square)
 }
 
-/// Information about P and b.
+/// Information matrix of P and b.
 pub(super) type Information = Packed<12, 78>;
 
 /// Adds the information of some nodes' rows.
@@ -56,10 +57,9 @@ pub(super) struct Centre {
     mean: [f32; GYRO],
     /// Factor of the posterior's information.
     factor: Cholesky<12, 78>,
-    /// Share of the rows' information that is in the posterior's whatever the inflation, and wherever the nodes'
-    /// weights go.
+    /// Share of the rows' information that the posterior holds at any inflation and any weights of the nodes.
     share: f32,
-    /// Mean weight of the nodes at the mean.
+    /// Mean weight of the nodes at the posterior's mean.
     usual: f32,
 }
 
@@ -89,10 +89,10 @@ impl Centre {
         information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 
-    /// Lowers the share until the cost has a minimum. Far away no node has any weight, and what is left is the
-    /// posterior's information less the rows' (`left`) at their usual weight. In the rows' there can be more of some
-    /// direction: a posterior that is averaged over widths, or whose P has walked since, knows less. A cost without a
-    /// bound then has its best point at the edge of the search box.
+    /// Lowers the share until the cost has a minimum. Far from the mean no node has any weight, and what is left is the
+    /// posterior's information less the rows' (`left`) at their usual weight. Along some direction the rows can hold
+    /// more than the posterior, which is averaged over widths and whose P has walked since. The cost then has no lower
+    /// bound, and its best point in the search box lies at the edge.
     #[inline(never)]
     pub fn bound(&mut self, left: &Information) {
         // In posterior deviations, where the posterior's own information is the identity.
@@ -124,23 +124,23 @@ impl Centre {
     }
 }
 
-/// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. Half the squared
-/// distance, which is the posterior with all that is older than the rows and with how far it was shrunk; and for each
-/// node of the window what a heavier tail changes of it: s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, s = nu + 9, u the
-/// mean weight of the nodes there, times the share of the rows' information that the posterior surely has. What the
-/// search then finds is what weights change that differ from node to node, and nothing else: of nodes that are all as
-/// quiet, or all as noisy, the mean is the optimum.
+/// Cost of a change of (P row-major, b) from the posterior's mean, in posterior deviations. It is half the squared
+/// distance, which stands for the posterior with all that is older than the rows and with its shrinkage; and for each
+/// node of the window, of innovation e, the change by a heavier tail: s / 2 log(1 + |e|^2 / s) - u |e|^2 / 2, with s =
+/// nu + 9 and u the mean weight of the nodes at the mean, times the share of the rows' information that the posterior
+/// surely has. So the search finds only what weights change that differ from node to node: if all nodes are as quiet,
+/// or all as noisy, the mean is the optimum.
 pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
     rows: &'a LeftOver<NODES>,
     centre: &'a Centre,
-    /// Factory's P and the prior's mean of b, and the widths.
+    /// Model at the prior's mean, and the prior's widths.
     base: GyroModel,
     sigma: [f32; GYRO],
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// The rows of the last 50 s of motion: what the population search minimises. `None` before a posterior that a
-    /// search was to follow, or without motion.
+    /// Cost of the rows of the last 50 s of motion, which the population search minimises. `None` before a posterior
+    /// that was asked for with a search, or without motion.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
@@ -173,7 +173,7 @@ impl<const NODES: usize> WindowCost<'_, NODES> {
         model
     }
 
-    /// Where a model lies.
+    /// Whitened coordinates of a model: undoes [`WindowCost::model`].
     #[must_use]
     pub fn coordinates(&self, model: &GyroModel) -> [f32; GYRO] {
         let mut change = [0.0; GYRO];
@@ -187,7 +187,7 @@ impl<const NODES: usize> WindowCost<'_, NODES> {
         self.centre.factor.times_upper(&change)
     }
 
-    /// Visits the nodes with the squared innovations at `change`.
+    /// Visits the nodes: index, innovations at `change` from the mean, and their squared sum.
     fn squares(&self, change: &[f32; GYRO]) -> impl Iterator<Item = (usize, [f32; ROWS], f32)> {
         let mut x = self.centre.mean;
         for (x, change) in x.iter_mut().zip(change) {
@@ -220,7 +220,7 @@ impl<const NODES: usize> LeastSquaresCost<12, 78> for WindowCost<'_, NODES> {
             normal.add(k, k, 1.0);
         }
         for (index, innovations, square) in self.squares(&change) {
-            // The rows' own information counts only by its difference from the usual.
+            // The posterior holds the rows' information at its usual weight, so that only the difference counts.
             let weight = self.centre.share * (weight(square) - self.centre.usual);
             for (row, innovation) in self.rows.node(index).iter().zip(innovations) {
                 let [row @ .., _] = *row;

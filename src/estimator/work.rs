@@ -1,4 +1,4 @@
-//! The work between samples, piece by piece.
+//! Work of the estimator between samples, piece by piece.
 
 use super::{
     Centre, Estimator, Item, Kind, Refusal, Task,
@@ -18,7 +18,7 @@ const NODE_S: f32 = 0.5;
 /// Cycles of a Cortex-M4F that a unit of work stands for: no piece takes more than its units of them
 /// (`cargo mwd bench --target --only cost`).
 pub const UNIT_CYCLES: u32 = 500;
-/// Work units of the pieces: the dearest of each kind that a flight has shown, in cycles, over [`UNIT_CYCLES`].
+/// Work units of the pieces: the largest cost of each kind that a flight has shown, in cycles, over [`UNIT_CYCLES`].
 const INCREMENT_UNITS: u32 = 60;
 const NODE_UNITS: u32 = 340;
 const COLUMN_UNITS: u32 = 56;
@@ -38,8 +38,8 @@ const BOUND_NODES: usize = 4;
 const GATHERED: usize = 4;
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// One bounded piece of work; its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
-    // Rare calls are not inlined: their frames would lie under all else.
+    /// Does one bounded piece of work; returns its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
+    // Rare calls are not inlined: their stack frames would lie under all others.
     pub fn step(&mut self) -> u32 {
         match self.task {
             Task::Next => self.next(),
@@ -117,7 +117,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             Some(Item::Gap { seconds, silent_s }) => {
                 let ends = self.neighbours.take().is_some_and(|held| self.take(&held, None));
                 if silent_s < seconds * T::of(0.5) {
-                    // It is the gyro's; so is the node that it cuts short.
+                    // Samples came without a usable rate: the gap is the gyro's, and so is the node that it cuts short.
                     self.shares.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
                 }
                 self.gap(seconds);
@@ -135,7 +135,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// The posterior is averaged: what the search goes about.
+    /// Puts the centre of the search at the averaged posterior.
     #[inline(never)]
     fn centre(&mut self) {
         let averaged = self.averaging.result(self.is_bias_measured());
@@ -149,8 +149,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// Sees to it that the search's cost has a minimum: gathers the information of so many nodes' rows at a time, in
-    /// scratch memory, and bounds the cost by it; `true` when that is done.
+    /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, in
+    /// scratch memory; `true` when the bound is set.
     #[inline(never)]
     fn bound(&mut self, from: usize) -> bool {
         let Some(centre) = self.centre.first_mut() else { return true };
@@ -171,7 +171,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         false
     }
 
-    /// Returns true if a rest has said what the bias is: then it is no more the factory's that the filter begins with.
+    /// Returns true if a rest has measured the bias: it is then not the factory's any more, with which the filter
+    /// begins.
     fn is_bias_measured(&self) -> bool {
         self.bias != V3::from(self.settings.factory.b_rad_s.map(T::of))
     }
@@ -179,7 +180,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     #[inline(never)]
     fn conclude(&mut self) {
         let posterior = self.posterior_of(&self.averaging.result(self.is_bias_measured()));
-        // Then it is not the gyro any more that the stored model was of.
+        // The stored model is then that of another gyro.
         let is_forsaken = self.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
@@ -197,7 +198,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// An increment whose neighbours are known; `true` where a node ends with it.
+    /// Adds an increment whose neighbours are known; `true` if a node ends with it.
     #[inline(never)]
     fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) -> bool {
         let mut increment = *increment;
@@ -218,7 +219,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let turned = self.pre.add(&increment, &force_rate, gravity.as_ref(), &self.parameters, &out);
         self.candidates.add(&turned);
         self.remainder.watch(&moment, &(self.node.attitude * turned.middle).map(|x| x.narrow()));
-        // Half an increment early: lengths are rounded.
+        // A node ends up to half an increment early, as the increments' lengths are rounded.
         let late = self.pre.seconds + self.builder.seconds() * T::of(0.5);
         let ends = late >= T::of(NODE_S) || self.pre.angle >= T::of(PI);
         if ends {
@@ -260,7 +261,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.pre.start();
         self.linearise();
         self.task = Task::Next;
-        // Means move with both: not in the middle of a node.
+        // Both move the means, which must not happen in the middle of a node.
         if self.unwalked_s >= T::of(walk::EVERY_S) {
             self.task = Task::Widening(0);
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
@@ -272,7 +273,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// One piece of the weighing of the effects; when it is done, what is taken out is the mean of what they want.
+    /// Does one piece of the weighing of the effects; at its end takes out the mean of those that the data show.
     #[inline(never)]
     fn weigh(&mut self) {
         let units = Units { sigma: &self.prior.sigma, field_ut: self.field_unit };
@@ -286,7 +287,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 *x = *mean;
             }
         }
-        // The search's rows stand beside the effects as they were: beside others they would draw it off the mean.
+        // The search's rows hold for what was taken out before; with other effects they would draw it off the mean.
         if x != self.candidates.x {
             self.left_over.start();
         }
@@ -296,7 +297,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
     }
 
-    // Not inlined, as the pieces after it are: what each kind of work costs is counted by its functions' calls.
+    // Not inlined, nor are the pieces below: the cost of each kind of work is counted by its function's calls.
     #[inline(never)]
     fn average(&mut self) {
         self.centre.clear();
@@ -317,8 +318,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.averaging.step(&mut self.update.rows)
     }
 
-    /// Widens the gyro's covariance by an effect's: an unknown part of an effect that is taken out is unknown of the
-    /// gyro. `false` when there is no such effect any more.
+    /// Widens the gyro's covariance by the uncertainty of the effects that are taken out, one vector a call; `false`
+    /// after the last.
     #[inline(never)]
     fn spread(&mut self, of: usize) -> bool {
         if of >= self.evidence.taken.len() {

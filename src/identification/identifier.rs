@@ -50,7 +50,7 @@ pub(crate) struct Identifier<const NODES: usize, const COLUMNS: usize, const REP
     /// Report of the window that is being searched.
     searched: Vec<WindowReport, 1>,
     search: Search,
-    /// Cost of the posterior's mean on that window.
+    /// Cost of the posterior's mean on the searched window.
     cost_of_mean: f32,
     /// Reports waiting to be polled.
     pending: Deque<WindowReport, REPORTS>,
@@ -111,7 +111,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     /// `start`.
     ///
     /// # Errors
-    /// The estimator then starts without it.
+    /// The reason; the estimator then starts without what was learnt.
     #[cfg(feature = "storage")]
     pub fn go_on(
         &mut self,
@@ -144,7 +144,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.schedule.start(t_us);
     }
 
-    /// Tells of a gap in the samples, which is by so much longer than their times say.
+    /// Notes a gap in the samples, which is longer than their times say by `longer_s`.
     pub fn gap(&mut self, last_us: u64, t_us: u64, longer_s: f32) {
         self.schedule.gap(last_us, t_us);
         if longer_s > 0.0 {

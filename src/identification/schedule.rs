@@ -8,7 +8,7 @@ use heapless::Vec;
 /// One update of the flown model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Update {
-    /// Latest sample that it may know, microseconds.
+    /// Latest sample that its result may depend on, microseconds.
     pub t_us: u64,
     /// Instant at which its result takes effect, microseconds.
     pub effect_us: u64,

@@ -124,7 +124,7 @@ impl<const D: usize, const N: usize> Imoa<D, N> {
         }
     }
 
-    /// Evaluates a point and offers it to the member whose turn it is.
+    /// Evaluates a point, to which the member whose turn it is moves if it costs less. Returns the cost.
     fn evaluate<C: Cost<D> + ?Sized>(&mut self, cost: &C, mut x: [f32; D]) -> f32 {
         self.space.confine(&mut x);
         let found = finite_cost(cost, &x);

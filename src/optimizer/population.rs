@@ -88,7 +88,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
     }
 }
 
-/// Lowest point ever, for searches whose members may move to worse places.
+/// Lowest point evaluated so far, for searches whose members may move to worse places.
 #[derive(Clone, Debug)]
 pub(super) struct Incumbent<const D: usize> {
     pub x: [f32; D],

@@ -36,7 +36,7 @@ pub struct SurveyReport {
     /// Quality: |G|, |B| and dip against their references.
     pub quality: Quality,
     /// Mean readings. For a rotating survey the components across the axis are in the frame that does not turn, and
-    /// there are no raw means.
+    /// there are no raw means (zero for the accelerometer).
     pub averages: SixAxisAverages,
 }
 

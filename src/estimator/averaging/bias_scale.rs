@@ -1,6 +1,6 @@
-//! The bias where no rest has measured it: as large as the data show it. The part's zero-rate level is the width of
-//! its prior, and most gyros are far better than that; so the width is averaged over, as that of P's prior is. A bias
-//! that the motion hardly shows then stays the factory's, and is not some noise of a zero-rate level's size.
+//! Scale of the bias's prior, averaged over if no rest has measured the bias. The prior is as wide as the part's
+//! zero-rate level, and most gyros are far better than that; so its width is averaged over, as that of P's prior is. A
+//! bias that the motion hardly shows then stays the factory's, and is not noise of a zero-rate level's size.
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loops around it.
 
@@ -10,11 +10,11 @@ use crate::estimator::{
     real::{M3, Real, V3, zero3, zero33},
 };
 
-/// Information of the data, over the prior's, that is taken for none.
+/// Information, over the prior's, that a direction keeps if the data say nothing about it.
 const LEAST_INFORMATION: f32 = 1e-3;
 
-/// Averages the bias over the scales of its prior, N(0, scale^2) in its units, and has P follow. Nothing changes where
-/// the covariance is none.
+/// Averages the bias over the scales of its prior, N(0, scale^2) in its units, and moves P by its regression on the
+/// bias. Changes nothing if the covariance is singular.
 pub fn average<T: Real>(of: &mut Averaged<T>) {
     let c = |i: usize, j: usize| element(&of.covariance, if i >= j { i } else { j }, if i >= j { j } else { i });
     let covariance = M3::from_fn(|i, j| c(NINE + i, NINE + j));
@@ -64,7 +64,7 @@ fn unit<T: Real>(is_one: bool) -> T {
 
 /// Weighted sums over the scales.
 struct Sum<T> {
-    /// Logarithm of the unit of the weights.
+    /// Log weight that counts as 1 in the sums: the largest so far.
     log: T,
     weight: T,
     mean: V3<T>,
@@ -93,8 +93,7 @@ mod tests {
     use super::*;
     use crate::estimator::{averaging::GROUPS, gaussian::triangle};
 
-    /// A posterior in which P's first element is half as far from its prior's mean as the bias about x, by what they
-    /// have in common.
+    /// A posterior in which P's first element is correlated with the x bias, and half as far from its prior's mean.
     fn posterior(mean: [f64; 3], sigma: f64) -> Averaged<f64> {
         let mut of = Averaged {
             mean: [0.0; GYRO],

@@ -10,13 +10,13 @@ use crate::estimator::{eigen::diagonalise, gaussian::element, real::Real};
 /// Scales of P's prior, of which nobody knows how good the factory's calibration still is: log-uniform from the
 /// data sheet's width down to a 256th of it, which is nothing.
 pub(super) const SCALES: [f32; 9] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625, 0.007_812_5, 0.003_906_25];
-/// Information, over the prior's, below which a direction says nothing.
+/// Least information of the data along a direction, over the prior's: less counts as this much.
 const LEAST_INFORMATION: f32 = 1e-4;
 /// A direction counts as decided by the data when they leave less than half of the prior's deviation.
 const DECIDED_INFORMATION: f32 = 3.0;
 
-/// Logarithm of how much less a weight is than another when f32 loses their sum's difference, 2e-9: of all 27 scales
-/// and inflations together 6e-8.
+/// Log ratio of two weights beyond which the smaller, 2e-9 of the larger, is lost in f32: all 27 pairs of scale and
+/// inflation together are 6e-8.
 pub(super) const NEGLIGIBLE: f32 = 20.0;
 
 /// P's posterior by direction. Its prior has mean 0 and variance 1 in each.
@@ -31,7 +31,7 @@ pub(super) struct Directions<T> {
     lambda: [T; NINE],
     /// Information of the data times the mean that they alone ask for.
     pull: [T; NINE],
-    /// Half of its square over the information: the most that the data say for another mean than the prior's.
+    /// Half of the squared pull over the information: most log evidence for a mean other than the prior's.
     most: [T; NINE],
 }
 
@@ -75,7 +75,7 @@ impl<T: Real> Directions<T> {
             sum += self.most[k] * (T::ONE - T::ONE / spread);
             spreads[k] = spread;
         }
-        // Products of two have room in f32, of more they might not.
+        // Logarithms of products of two: f32 might not hold a product of more.
         let (pairs, _) = spreads.as_chunks::<2>();
         pairs.iter().fold(sum, |sum, [a, b]| sum - T::of(0.5) * (*a * *b).logarithm())
     }
@@ -107,7 +107,7 @@ impl<T: Real> Directions<T> {
 
 /// Weighted sums over inflations and scales, by direction.
 pub(super) struct Mixed<T> {
-    /// Logarithm of the unit of the weights.
+    /// Log weight that counts as 1 in the sums: the largest so far.
     pub log: T,
     pub weight: T,
     pub mean: [T; NINE],
@@ -120,7 +120,7 @@ impl<T: Real> Mixed<T> {
         Self { log: T::ZERO, weight: T::ZERO, mean: [T::ZERO; NINE], square: [[T::ZERO; NINE]; NINE] }
     }
 
-    /// Returns true if a further weight is lost in the rounding of those so far.
+    /// Returns true if a further weight, whose logarithm is given, is lost in the rounding of the sum so far.
     fn is_negligible(&self, log: T) -> bool {
         self.weight > T::ZERO && log < self.log - T::of(NEGLIGIBLE)
     }

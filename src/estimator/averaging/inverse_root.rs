@@ -20,7 +20,7 @@ pub(super) fn invert<T: Real>(root: &[[T; WIDE]; GLOBALS], inverse: &mut [T]) {
     }
 }
 
-/// A column of it, down to its diagonal. The covariance is the sum of the columns' outer products.
+/// Column `c` of the inverse, down to its diagonal. The covariance is the sum of the columns' outer products.
 pub(super) fn column<T>(inverse: &[T], c: usize) -> &[T] {
     inverse.get(triangle(c)..triangle(c + 1)).unwrap_or_default()
 }

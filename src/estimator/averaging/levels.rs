@@ -1,5 +1,5 @@
-//! The scratch memory of the averaging, cut up: Gaussians of all variables, and without the groups that sets
-//! share.
+//! Scratch memory of the averaging, cut into Gaussians: of all variables, and of those that are left once the shared
+//! groups are marginalised.
 
 use crate::estimator::{
     gaussian::triangle,
@@ -10,9 +10,10 @@ use crate::estimator::{
 pub(super) struct Levels<'a, T> {
     /// All variables at the widths that the filter runs with.
     pub base: Slices<'a, T>,
-    /// Gaussian after the shared groups are taken out at their present widths: the sets that share them start from it.
+    /// Gaussian once the shared groups are marginalised at their present widths: the sets that share these start from
+    /// it.
     pub after_first: Slices<'a, T>,
-    /// Room to take variables out in.
+    /// Copy from which a set of widths marginalises its groups.
     pub work: Slices<'a, T>,
 }
 
@@ -41,7 +42,7 @@ impl<'a, T: Copy> Slices<'a, T> {
         Some(Slices { mean, covariance })
     }
 
-    /// Takes the variables that both have.
+    /// Copies the variables that both Gaussians have.
     pub fn take(&mut self, mean: &[T], covariance: &[T]) {
         copy(self.mean, mean);
         copy(self.covariance, covariance);

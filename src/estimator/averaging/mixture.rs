@@ -16,7 +16,7 @@ use crate::estimator::{
 /// Weighted sums over the sets of widths.
 #[derive(Clone, Copy)]
 pub(super) struct Sum<T> {
-    /// Logarithm of the unit of the weights.
+    /// Log weight that counts as 1 in the sums: the largest so far.
     log: T,
     weight: T,
     /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and the
@@ -27,7 +27,7 @@ pub(super) struct Sum<T> {
     mean: [T; GYRO],
     /// Second moments, packed.
     square: [T; triangle(GYRO)],
-    /// Logarithms of the widths.
+    /// Sum of the logarithms of the widths.
     widths: [T; GROUPS],
 }
 
@@ -45,13 +45,13 @@ impl<T: Real> Sum<T> {
         }
     }
 
-    /// Logarithm of all that was added.
+    /// Log of the sum of all weights.
     #[cfg(feature = "explanation")]
     pub fn log_evidence(&self) -> T {
         self.log + self.weight.logarithm()
     }
 
-    /// Brings the unit of the weights up to `log`, and gives a weight of `log` in it.
+    /// Makes `log` the unit of the weights if it is larger; returns the weight of `log` in that unit.
     fn weight(&mut self, log: T) -> T {
         if self.weight == T::ZERO {
             self.log = log;

@@ -19,37 +19,37 @@ use crate::{
 };
 use core::ops::Range;
 
-/// Errors of the vector sensors, which there are whether the library has a name for them or not.
+/// Errors of the vector sensors that are always possible, with or without a name in the library.
 const NAMELESS: [Group; 6] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS];
-/// One that has been taken out for two windows has been reported, microseconds.
+/// Microseconds after which a bias step becomes part of the bias: within two windows it has been reported.
 const SETTLED_US: u64 = 120_000_000;
 
-/// An effect that the data want.
+/// An effect that the evidence shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
-    /// Its place in the library.
+    /// Index of the effect in the library.
     pub effect: u8,
-    /// Place of a step of the bias among the steps; 0 for other effects.
+    /// Index of a bias step among the steps; 0 for other effects.
     pub step: u8,
-    /// Microseconds.
+    /// Time of a bias step, microseconds; 0 for other effects.
     pub step_us: u64,
-    /// Log Bayes factor with all other claims in.
+    /// Log Bayes factor beside all other claims.
     pub evidence: f32,
-    /// Its parameters, SI (field: microtesla), and their deviations.
+    /// Parameters of the effect, SI (field: microtesla).
     pub parameters: [f32; MAX_PARAMETERS],
-    /// Deviations of these.
+    /// Deviations of the parameters.
     pub sigma: [f32; MAX_PARAMETERS],
-    /// Root mean square of what it adds to its sensor's reading, and what its deviations alone would add.
+    /// Root mean square that the effect adds to its sensor's reading.
     pub size: f32,
-    /// The same of its deviations.
+    /// Root mean square that the parameters' deviations alone would add.
     pub size_sigma: f32,
-    /// Effects of the library that are as likely, one bit each.
+    /// Rivals: effects of the library that are as likely, one bit each.
     pub rivals: u32,
-    /// True if it is taken out: it is no larger than such an effect can be.
+    /// True if the effect is taken out: enough evidence, a possible size, and no rival on the other vector sensor.
     pub is_taken_out: bool,
 }
 
-/// Units of the columns, as physical ones.
+/// Physical units of the matrix columns.
 pub(in crate::estimator) struct Units<'a, T> {
     /// Widths of the globals.
     pub sigma: &'a [T; GLOBALS],
@@ -65,7 +65,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         if all < MAX_CLAIMS { all } else { MAX_CLAIMS }
     }
 
-    /// Those of them that have a name.
+    /// Number of claims that the library has a name for.
     pub fn named_claims(&self) -> usize {
         let all = self.claims();
         if all > NAMELESS.len() { all - NAMELESS.len() } else { 0 }
@@ -98,8 +98,8 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         }
     }
 
-    /// Returns true if a claim is an error of one vector sensor where an error of the other is as likely. To take it
-    /// out may turn the attitude by what the other errs.
+    /// Returns true if a claim is an error of one vector sensor where an error of the other is as likely. Compensating
+    /// the wrong one may turn the attitude by the other's error.
     pub(super) fn is_of_either_vector(&self, claim: usize, rivals: u32) -> bool {
         let of = |claim: usize| {
             let effect = self.library().get(self.effect_of(claim).0).filter(|effect| effect.nuisance().is_some());
@@ -127,12 +127,12 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         }
         let Some(own) = self.library().get(effect) else { return 0..0 };
         let Some(from) = self.first_column(effect, step) else { return 0..0 };
-        // A step that has not been is none.
+        // A bias step for which there was no shock has no columns.
         let is_idle = own.is_bias_step() && self.shocks.at_us(step).is_none();
         NUISANCES + from..NUISANCES + from + if is_idle { 0 } else { own.parameters().len() }
     }
 
-    /// Logarithm of how many chances an effect has had: a step of the bias one at each shock.
+    /// Log of the number of chances that a claim has had: a bias step has one at each shock.
     pub(super) fn chances(&self, claim: usize) -> f32 {
         let is_chance = self.is_step_of(claim) && self.shocks.seen > 1;
         if is_chance { libm::logf(self.shocks.seen as f32) } else { 0.0 }
@@ -150,7 +150,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         Some(if step == 0 { first } else { self.library().len() + usize::from(step) - 1 })
     }
 
-    /// Notes how clearly the steps of the bias show.
+    /// Notes how clearly each bias step shows: its log Bayes factor, infinite if it is claimed.
     pub fn note_steps(&mut self, claims: &[Claim], tried: &[f32; MAX_CLAIMS]) {
         for step in 0..STEPS as u8 {
             let at_us = self.shocks.at_us(step);
@@ -160,7 +160,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         }
     }
 
-    /// The step of the bias that has been taken out for so long that it is believed for good.
+    /// Returns the bias step that has been taken out for so long that it becomes part of the bias.
     pub fn old_step(&self, claims: &[Claim], now_us: u64) -> Option<Claim> {
         let is_old = |claim: &&Claim| {
             claim.is_taken_out && claim.step_us > 0 && claim.step_us.saturating_add(SETTLED_US) < now_us
@@ -168,20 +168,21 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         claims.iter().find(is_old).copied()
     }
 
-    /// The sign of the unknown of an effect that has one.
+    /// Sign that the only parameter of an effect must have; `None` if either is possible or there are several
+    /// parameters.
     pub(super) fn sign(&self, claim: usize) -> Option<T> {
         let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim))?;
         let [parameter] = effect.parameters() else { return None };
         (!parameter.signed).then_some(T::ONE)
     }
 
-    /// Returns true if the effect can have all of the claim's parameters.
+    /// Returns true if all parameters of the claim are possible for its effect.
     pub fn is_believed(&self, claim: &Claim) -> bool {
         let Some(effect) = self.library().get(usize::from(claim.effect)) else { return false };
         effect.parameters().iter().zip(&claim.parameters).all(|(parameter, x)| parameter.believes(*x))
     }
 
-    /// A claim in physical units.
+    /// Builds a claim, in physical units, from mean and covariance of its columns.
     pub(super) fn claim(
         &self,
         claim: usize,
@@ -208,7 +209,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         }
         let columns = self.columns_of(claim);
         let n = at_most(columns.len(), MAX_PARAMETERS);
-        // Parameters by unknowns.
+        // Rows: parameters; columns: unknowns.
         let mut by = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
         if let Some(nuisance) = own.nuisance() {
             for (k, column) in nuisance.enumerate().take(n) {
@@ -259,9 +260,9 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         sum
     }
 
-    /// Covariance that the uncertainty of the effects that are taken out adds to the globals': a vector for each
-    /// effect, whose outer products add up.
-    // Its factor would stand in the frame of all other work.
+    /// Vector of the taken out column `of`: the outer products of these vectors add up to the covariance that the
+    /// uncertainty of the effects that are taken out adds to the globals'.
+    // Not inlined: its Cholesky factor would enlarge the stack frame of all other work.
     #[inline(never)]
     pub fn spread(&self, of: usize, (taken, covariance): (&[u8], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];

@@ -1,4 +1,4 @@
-//! The matrix columns that have been eliminated, in their order, and the posterior of what they stand for.
+//! Matrix columns that have been eliminated, in their order, and the posterior of their unknowns.
 
 use super::matrix::{MOST, Matrix};
 use crate::{compensation::effect::MAX_PARAMETERS, estimator::real::Real};
@@ -34,21 +34,21 @@ impl Entered {
         self.columns.iter().any(|entered| usize::from(*entered) == column)
     }
 
-    /// Those of some columns that have not been eliminated yet.
+    /// Returns the columns of a range that have not been eliminated yet.
     pub fn others(&self, columns: Range<usize>) -> Vec<u8, MAX_PARAMETERS> {
         columns.filter(|column| !self.has(*column)).take(MAX_PARAMETERS).map(|column| column as u8).collect()
     }
 
-    /// Eliminates a column, unless it has been.
+    /// Eliminates a column, unless that has been done.
     pub fn enter<T: Real>(&mut self, matrix: &mut Matrix<T>, column: usize) {
         if !self.has(column) {
             matrix.eliminate(column, self.columns.len(), |column| self.has(column));
-            // One place for each column.
+            // There is room: each column enters once.
             let _ = self.columns.push(column as u8);
         }
     }
 
-    /// The row of a column of the inverse of the root.
+    /// Row of the root's inverse that belongs to a column.
     fn inverse_row<T: Real>(&self, matrix: &Matrix<T>, of: usize) -> [T; MOST] {
         let place = self.columns.iter().position(|entered| usize::from(*entered) == of).unwrap_or(0);
         let mut row = [T::ZERO; MOST];
@@ -64,7 +64,7 @@ impl Entered {
         row
     }
 
-    /// Covariance of what two columns stand for.
+    /// Covariance of the unknowns of two columns.
     pub fn covariance<T: Real>(&self, matrix: &Matrix<T>, a: usize, b: usize) -> T {
         dot(&self.inverse_row(matrix, a), &self.inverse_row(matrix, b))
     }

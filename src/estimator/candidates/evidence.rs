@@ -1,9 +1,10 @@
-//! Which effects the data want: each claim is a Bayes factor from the root, no pass over any data.
+//! Choice of the effects that the data show: each claim's Bayes factor comes from the root, without a pass over any
+//! data.
 //!
-//! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: what stays says
-//! what all data say of nuisances and effects whatever the gyro's parameters are, with their priors. An effect that
-//! enters has its columns eliminated from the rows that are left; one that does not is zero, and its columns say what
-//! it would be worth: with L = C^T C and s = C^T z the log Bayes factor is (s^T L^-1 s - log det L) / 2.
+//! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: the others say all
+//! that the data tell of nuisances and effects whatever the gyro's parameters are, with their priors. An effect that is
+//! chosen has its columns eliminated from the rows that are left. An effect that is not chosen is zero; its columns C
+//! and the constants z there give its log Bayes factor: with L = C^T C and s = C^T z, (s^T L^-1 s - log det L) / 2.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
@@ -30,14 +31,14 @@ use crate::{
 use core::ops::Range;
 use heapless::Vec;
 
-/// Two effects whose log Bayes factors differ by less cannot be told apart: one is 150 times likelier.
+/// Log Bayes factor between two effects below which they are rivals: at 5 one is 150 times likelier.
 const RIVALS: f32 = 5.0;
-/// An effect that is taken out stays so until its evidence is by this much less than what it takes to be found: no to
-/// and fro.
+/// Hysteresis in log units: an effect stays taken out until its evidence is this far below that of a new find.
 const STAYS: f32 = 3.0;
-/// Beside something that has no name a constant error of a vector sensor needs so many times more: what there is may
-/// resemble it in part, and the attitude would follow. Of such names under a bias of the gyro that comes and goes,
-/// which the library lacks, the largest log Bayes factor was 17 (40 simulated runs).
+/// Evidence beyond the least, in multiples of it, that a constant error of a vector sensor needs while the remainder is
+/// unexplained: the error may resemble the remainder in part, and the attitude would follow. Under a bias of the gyro
+/// that comes and goes, which the library lacks, the largest log Bayes factor of such an error was 17 (40 simulated
+/// runs).
 const AGAINST_UNNAMED: f32 = 3.0;
 /// Columns that are loaded, or eliminated, in one piece of work.
 const LOADED: usize = 24;
@@ -56,19 +57,19 @@ const JOINING_UNITS: u32 = 300;
 enum Stage {
     Idle,
     Loading(usize),
-    /// Weighs the claims that are not in, from this one on.
+    /// Weighs the claims that are not chosen yet, from this one on.
     Choosing(usize),
-    /// The first of these columns that is not in yet.
+    /// Eliminates the columns of the chosen claim, from this one on.
     Entering(usize),
     /// Reports the chosen effects, one after the other.
     Telling(usize),
     /// Scores the steadiness of the estimates, claim by claim.
     Watching(usize),
-    /// Covariance of what is taken out, row by row.
+    /// Computes the covariance of what is taken out, row by row.
     Joining(usize),
 }
 
-/// Who competes.
+/// Claims that compete now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Competitors {
     All,
@@ -83,30 +84,31 @@ pub(in crate::estimator) struct Evidence<T> {
     rules: Rules,
     steadiness: Steadiness,
     dispersion: f32,
-    /// Evidence that a new claim about a vector sensor needs beyond the least.
+    /// Evidence that a new claim about a vector sensor needs beyond the least, log units.
     against_unnamed: f32,
     /// Axes of the body along which a constant field cannot be told from the earth's.
     pub hidden_iron: [bool; 3],
     /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     entered: Entered,
-    /// Columns that are to be.
+    /// Columns to be eliminated next.
     entering: Range<usize>,
     chosen: Vec<Chosen, MAX_CLAIMED>,
-    /// Claims that were chosen and turned out to be worth nothing beside the others, one bit each.
+    /// Claims that were chosen and turned out to be worth less than the least beside the others, one bit each.
     dropped: u32,
-    /// Log Bayes factors as they stood when the last was chosen.
+    /// Log Bayes factors when the last claim was chosen.
     pub tried: [f32; MAX_CLAIMS],
     pub claims: Vec<Claim, MAX_CLAIMED>,
     /// The likeliest of the claims that were weighed last, and its log Bayes factor.
     best: Option<(u8, f32)>,
-    /// The least of the claims, and its evidence with what it is ahead.
+    /// The claim with the least evidence, and that evidence with its credit.
     weakest: Option<(u8, f32)>,
     /// Columns that are taken out, their mean and its packed covariance.
     pub taken: Vec<u8, MAX_TAKEN>,
     pub mean: [T; MAX_TAKEN],
     pub covariance: [T; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
-    /// Squared length of the residual that effects and nuisances can explain: of all, and what the claims leave of it.
+    /// Squared length of the residual that effects and nuisances can explain: before any is chosen, and beside the
+    /// claims.
     pub residual: [T; 2],
 }
 
@@ -150,8 +152,8 @@ impl<T: Real> Evidence<T> {
         self.taken.clear();
     }
 
-    /// Begins. `dispersion`: variance of the latest innovations over the one that they should have. `is_unexplained`:
-    /// whether something else is left than what is claimed and noise.
+    /// Begins a weighing. `dispersion`: variance of the latest innovations over the one that they should have.
+    /// `is_unexplained`: true if they hold more than noise and the claims.
     pub fn start(&mut self, rules: &Rules, dispersion: f32, is_unexplained: bool) {
         self.stage = Stage::Loading(0);
         self.rules = *rules;
@@ -181,7 +183,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// One piece; `false` when it is done. The rows must be left alone from one to the next.
+    /// One piece of the weighing; returns `false` when it is done. The rows must not change between the pieces.
     pub fn step<const E: usize>(
         &mut self,
         (rows, further): (&mut [[T; WIDTH]; SCRATCH], &mut [[T; E]; SCRATCH]),
@@ -221,7 +223,7 @@ impl<T: Real> Evidence<T> {
 
     #[inline(never)]
     fn choose<const E: usize>(&mut self, matrix: &Matrix<T>, from: usize, candidates: &Candidates<T, E>) {
-        // Errors without a name in the library are always in.
+        // Vector sensors' errors that the library has no name for are always eliminated.
         let unnamed = candidates.named_claims()..candidates.claims();
         for claim in unnamed.filter(|_| from == 0) {
             let columns = candidates.columns_of(claim);
@@ -293,7 +295,7 @@ impl<T: Real> Evidence<T> {
                     }
                 }
                 let columns = candidates.columns_of(claim);
-                // A part of it is no claim of its own any more.
+                // A chosen claim whose columns are part of this claim's is no claim of its own any more.
                 let is_part = |other: &Chosen| {
                     let of = candidates.columns_of(usize::from(other.claim));
                     columns.start <= of.start && of.end <= columns.end
@@ -316,9 +318,9 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Variance that the data have over the one that they are said to have, as far as they speak for a claim: its
-    /// evidence is divided by it. All that speaks for a step of the bias counts: the step itself has made the
-    /// innovations large, and until it shows its estimate follows them.
+    /// Variance of the data over their stated variance, as far as they speak for a claim: divides the claim's evidence.
+    /// 1 for a bias step: the step itself has made the innovations large, and until it is found the estimated bias
+    /// follows them.
     fn dispersion_of<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
         if candidates.is_step_of(claim) {
             return 1.0;
@@ -327,8 +329,8 @@ impl<T: Real> Evidence<T> {
         if self.dispersion > own { self.dispersion } else { own }
     }
 
-    /// The next column of a constant field that is part of the earth's, and so is in before any claim: that along an
-    /// axis which has not turned, unless it was claimed before, when it had.
+    /// Next hard-iron column along an axis that has not turned: a constant field there is part of the earth's, so the
+    /// column is eliminated before any claim, unless it was claimed before, when the axis had turned.
     fn next_hidden<const E: usize>(&self, candidates: &Candidates<T, E>) -> Option<usize> {
         let is_claimed = |column: usize| {
             let is_known = |claim: usize| {
@@ -341,7 +343,8 @@ impl<T: Real> Evidence<T> {
         hidden.map(|(column, _)| column).find(|column| !self.entered.has(*column) && !is_claimed(*column))
     }
 
-    /// Credit of an effect that was found in an earlier session, or is taken out now.
+    /// Credit, log units: positive for an effect that was found in an earlier session or is taken out now, negative for
+    /// a vector sensor's error while the remainder is unexplained.
     fn credit<const E: usize>(&self, claim: usize, candidates: &Candidates<T, E>) -> f32 {
         let is_nuisance = candidates.columns_of(claim).start < NUISANCES;
         if candidates.is_restored(claim) && !is_nuisance {
@@ -355,7 +358,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Has the columns of an effect enter that are not in yet.
+    /// Starts to eliminate an effect's columns that are not eliminated yet.
     fn enter(&mut self, columns: Range<usize>) {
         self.entering = columns;
         self.stage = Stage::Entering(self.entering.start);
@@ -414,7 +417,7 @@ impl<T: Real> Evidence<T> {
         let _ = self.claims.push(one);
     }
 
-    /// Scores what was learnt before by what was learnt since: one claim, or effect that is none.
+    /// Scores the steadiness of one claim, chosen or not: its earlier estimate against what was learnt since.
     #[inline(never)]
     fn watch<const E: usize>(&mut self, matrix: &Matrix<T>, claim: usize, candidates: &Candidates<T, E>) {
         if claim == 0 {
@@ -448,7 +451,7 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// One row of the covariance of what is taken out.
+    /// Computes one row of the covariance of what is taken out.
     fn join(&mut self, matrix: &Matrix<T>, index: usize) {
         let Some(column) = self.taken.get(index).map(|column| usize::from(*column)) else {
             self.stage = Stage::Idle;

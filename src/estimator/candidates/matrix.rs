@@ -1,5 +1,5 @@
-//! All that the data say of nuisances and effects whatever the gyro's parameters are: the root in another order,
-//! column by column.
+//! Matrix of all that the data say of nuisances and effects, whatever the gyro's parameters are: the root in another
+//! order, column by column.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
@@ -20,9 +20,9 @@ use core::ops::Range;
 
 /// Most rows of the matrix.
 pub(super) const MOST: usize = NUISANCES + EFFECTS;
-/// Value of a factor of which rounding leaves nothing.
+/// Pivot of a Cholesky factor in place of one that rounding made zero or negative.
 pub(super) const LEAST_FACTOR: f32 = 1e-10;
-/// P and b.
+/// Number of elements of P and b.
 const GYRO: usize = GLOBALS - NUISANCES;
 
 /// The matrix, column by column, in two pieces of scratch memory.
@@ -65,7 +65,7 @@ impl<'a, T: Real> Matrix<'a, T> {
         for (v, x) in v.iter_mut().zip(self.column(column)) {
             *v = *x;
         }
-        // Rows below have nothing in this column: those of later effects.
+        // Rows below the last element belong to later effects and are zero in this column.
         let end = v.iter().rposition(|x| *x != T::ZERO).map_or(0, |last| last + 1);
         let Some(v) = v.get_mut(from..end) else { return };
         let norm = dot(v, v).root();
@@ -111,7 +111,7 @@ pub(super) fn at<T: Real>(all: &[T], index: usize) -> T {
     all.get(index).copied().unwrap_or(T::ZERO)
 }
 
-/// An effect beside those that are in: the factor of its information, and the solution of its lower triangle.
+/// An effect beside the eliminated ones: Cholesky factor of its information, and solution of its lower triangle.
 pub(super) struct Beside<T> {
     factor: Cholesky<T, MAX_PARAMETERS>,
     solved: [T; MAX_PARAMETERS],
@@ -119,8 +119,8 @@ pub(super) struct Beside<T> {
 }
 
 impl<T: Real> Beside<T> {
-    /// An effect of these columns, where `done` rows are of those that are in. `None` where the data say nothing of
-    /// one of them.
+    /// Weighs an effect of these columns; the eliminated columns own the first `done` rows. `None` if the data say
+    /// nothing of one of its columns.
     #[inline(never)]
     pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
         let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
@@ -134,7 +134,7 @@ impl<T: Real> Beside<T> {
         Some(Self { factor, solved, count })
     }
 
-    /// Log Bayes factor; `None` where its only parameter has not the sign that it must have.
+    /// Log Bayes factor; `None` if its only parameter has a sign that is impossible for it.
     pub fn evidence(&self, sign: Option<T>) -> Option<f32> {
         // The optimum of one parameter is minus its solved value.
         let is_possible = sign.is_none_or(|sign| -self.solved[0] * sign >= T::ZERO);
@@ -177,7 +177,7 @@ pub(super) fn load<T: Real, const E: usize>(
             *x = match c.checked_sub(NUISANCES) {
                 None => globals.root[i][c],
                 Some(e) if e < count => candidates.globals.get(i).map_or(T::ZERO, |row| at(row, e)),
-                // Where all nuisances and effects are zero.
+                // Constants, at nuisances and effects of zero.
                 _ => {
                     let of_nuisances = (0..NUISANCES).fold(T::ZERO, |sum, n| sum - globals.root[i][n] * globals.x[n]);
                     (0..count).fold(of_nuisances, |sum, e| sum - candidates.globals[i][e] * candidates.x[e])

@@ -27,7 +27,7 @@ pub(super) use claims::Units;
 pub use rules::Rules;
 use shocks::Shocks;
 
-/// Columns of the library's effects, with three steps of the bias.
+/// Capacity in columns: the library's effects, with three bias steps.
 pub const EFFECTS: usize = 44;
 
 /// Most effects that are claimed at a time.
@@ -37,7 +37,7 @@ pub const MAX_CLAIMS: usize = 32;
 /// Most columns of effects that are taken out.
 pub(super) const MAX_TAKEN: usize = 24;
 
-/// Parameters of a library.
+/// Most parameters of a library.
 const PARAMETERS: usize = 72;
 
 /// Steps of the gyro's bias that are told apart at a time.
@@ -46,11 +46,11 @@ pub const STEPS: usize = 3;
 /// Meaning of a column.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
-    /// The effect, by its place in the library.
+    /// Index of the effect in the library.
     pub effect: u8,
-    /// Its parameter.
+    /// Index of the effect's parameter.
     pub parameter: u8,
-    /// Which of several steps of the bias it is of; else 0.
+    /// Index of the bias step among several; 0 for other effects.
     pub step: u8,
     sensor: Sensor,
     /// Deviation of its prior: the unit of the column.
@@ -60,11 +60,11 @@ pub(super) struct Place {
 /// Source of an effect's columns.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// It has columns of its own once it has shown.
+    /// The effect has columns of its own, from the first increment with a term that is not zero.
     Own,
-    /// It stands among the nuisances.
+    /// The effect's unknowns are nuisances.
     Nuisance,
-    /// It has columns for each of several shocks.
+    /// The effect is a bias step, with columns for each of several shocks.
     BiasStep,
 }
 
@@ -80,23 +80,24 @@ impl Kind {
     }
 }
 
-/// The columns of all effects that have no others.
+/// Columns of all effects that are not among the nuisances.
 pub(super) struct Candidates<T, const EFFECTS: usize> {
     library: Option<&'static [&'static dyn Effect]>,
     /// Kind of each effect of the library: asked for at every increment.
     kinds: [Kind; MAX_CLAIMS],
     places: [Place; EFFECTS],
     columns: usize,
-    /// One past the first column of each effect, of a step of the bias that of the first step; 0: it has none.
+    /// One past the first column of each effect, for a bias step that of the first step; 0: the effect has no columns.
     firsts: [u8; MAX_CLAIMS],
     /// Effects that were found in an earlier session, one bit each.
     restored: u32,
     /// Sizes that are taken out, in units of the usual sizes.
     pub x: [T; EFFECTS],
     shocks: Shocks,
-    /// Addition of one usual size to its sensor's reading, in the latest increment.
+    /// Addition of each column's effect, of its usual size, to its sensor's reading in the latest increment.
     terms: [V3<T>; EFFECTS],
-    /// Sums of the squares of what one unit of each of the library's parameters adds, and their number.
+    /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
+    /// increments.
     squares: [T; PARAMETERS],
     increments: u32,
     // From node to node: rotation, sum of the fields, velocity and position.
@@ -104,7 +105,7 @@ pub(super) struct Candidates<T, const EFFECTS: usize> {
     field: [V3<T>; EFFECTS],
     velocity: [V3<T>; EFFECTS],
     position: [V3<T>; EFFECTS],
-    /// Beside the rows of a node, of the globals; and the root of what is left, with the prior in it.
+    /// Effects' columns of the node's rows and of the globals' rows; then the effects' own root, with their priors.
     node: [[T; EFFECTS]; NODE],
     globals: [[T; EFFECTS]; GLOBALS],
     root: [[T; EFFECTS]; EFFECTS],
@@ -144,7 +145,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.begin();
     }
 
-    /// Gives an effect its columns, behind those in use: `None` where there is no room, and it is not looked for.
+    /// Gives an effect its columns, behind those in use; `None` if there is no room: the effect is then not looked for.
     fn give_columns(&mut self, index: usize, effect: &dyn Effect, step: u8) -> Option<usize> {
         let (from, parameters) = (self.columns, effect.parameters());
         let places = self.places.get_mut(from..from + parameters.len())?;
@@ -164,7 +165,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         Some(from)
     }
 
-    /// Where the columns of an effect begin, if it has any.
+    /// First column of an effect, if it has any.
     fn first_column(&self, effect: usize, step: u8) -> Option<usize> {
         if let Some(first) = self.firsts.get(effect).filter(|_| step == 0) {
             return usize::from(*first).checked_sub(1);
@@ -172,7 +173,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.places().iter().position(|place| usize::from(place.effect) == effect && place.step == step)
     }
 
-    /// Forgets all that was learnt of them, and takes nothing out.
+    /// Forgets all that was learnt of the effects, and takes nothing out.
     pub fn begin(&mut self) {
         self.x = [T::ZERO; EFFECTS];
         (self.columns, self.restored) = (0, 0);
@@ -194,7 +195,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for found in effects.iter() {
             let index = usize::from(found.index);
             self.restored |= 1_u32.checked_shl(found.index.into()).unwrap_or(0);
-            // The filter's own state has what is known of a nuisance.
+            // A nuisance is restored with the filter's own state.
             let Some(effect) = self.library().get(index).filter(|effect| effect.nuisance().is_none()) else { continue };
             if self.first_column(index, 0).is_none() {
                 self.give_columns(index, *effect, 0);

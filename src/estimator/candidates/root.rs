@@ -41,8 +41,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         reflect_two(pivots, rest, beside);
     }
 
-    /// Takes two columns of the rows that a node left over into the globals, or one where the next is the gyro's: the
-    /// nuisances are done then. Returns the next column.
+    /// Reflects two columns of the rows that a node left over into the globals' root, or one if the next is the gyro's:
+    /// the nuisances are then done. Returns the next column.
     pub fn absorb(
         &mut self,
         further: &mut [[T; EFFECTS]; SCRATCH],
@@ -68,7 +68,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         end
     }
 
-    /// Takes two columns of what is left after that into the effects' own rows; `false` when all are done.
+    /// Reflects two columns of the rows that `absorb` left over into the effects' own rows; `false` when all are done.
     pub fn absorb_own(
         &mut self,
         further: &mut [[T; EFFECTS]; SCRATCH],
@@ -95,7 +95,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         true
     }
 
-    /// The states have been eliminated: keeps the node's part.
+    /// Keeps the effects' columns of the new node's rows, once the old states have been eliminated.
     pub fn finish(&mut self, further: &[[T; EFFECTS]; SCRATCH]) {
         for (node, row) in self.node.iter_mut().zip(further.iter().skip(NODE)) {
             *node = *row;
@@ -103,7 +103,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.start_node();
     }
 
-    /// The node's attitude, velocity and position begin anew, and so much of what its field's rows hold is kept.
+    /// Begins the node's attitude, velocity and position anew, and scales the rows of its field by `kept`.
     pub fn forget_node(&mut self, kept: T) {
         for row in self.node.iter_mut().take(FIELD) {
             *row = [T::ZERO; EFFECTS];
@@ -112,7 +112,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     }
 
     /// Adds process noise of this variance (in squared units of the prior's width) to one global, see
-    /// [`Globals::widen`], and to what stands beside it.
+    /// [`Globals::widen`], and to the effects' columns of the globals.
     pub fn widen(&mut self, globals: &mut Globals<T>, global: usize, variance: T) {
         let Some((u, beta)) = globals.widening(global, variance) else { return };
         let used = self.used();
@@ -138,7 +138,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         }
     }
 
-    /// Takes out other values than before: what is known follows, and so do the means of globals and node.
+    /// Changes the sizes that are taken out: the rows' constants follow, and so do the means of globals and node.
     pub fn take_out(&mut self, x: &[T; EFFECTS], globals: &mut Globals<T>, node: &mut Node<T>) {
         let mut by = [T::ZERO; EFFECTS];
         for ((by, x), before) in by.iter_mut().zip(x).zip(&self.x) {
@@ -158,8 +158,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         node.shift(&change, &core::array::from_fn(|i| self.node.get(i).map_or(T::ZERO, &dot)));
     }
 
-    /// A step of the bias is believed for good: its place is free for another, and what is not known of it is not
-    /// known of the bias. The bias itself is to be moved by the step.
+    /// Makes a bias step part of the bias: its place is free for another step, and its uncertainty is added to that of
+    /// the bias. The caller has to move the bias by the step.
     pub fn settle(&mut self, claim: &Claim, globals: &mut Globals<T>, sigma: &[T; GLOBALS]) {
         for (column, deviation) in BIAS.columns().zip(claim.sigma) {
             let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
@@ -169,15 +169,14 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.drop_step(claim.step);
     }
 
-    /// A shock: a step of the bias is looked for from there on, see
-    /// [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
+    /// Looks for a bias step from a shock on, see [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
     pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
         if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
             self.empty_step(step);
         }
     }
 
-    /// Looks for a step of the bias no more, and has its place free for another.
+    /// Stops looking for a bias step, and frees its place for another.
     pub fn drop_step(&mut self, step: u8) {
         self.empty_step(step);
         self.shocks.drop_step(step);

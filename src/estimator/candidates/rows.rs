@@ -11,8 +11,8 @@ use crate::estimator::{
 };
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Fills in the columns of rows that have been written, whose weights stand in the rows themselves: a row without
-    /// weight is none here either.
+    /// Fills in the effects' columns of rows that have been written, with the weights of these rows: a row without
+    /// weight stays zero.
     pub fn fill(
         &self,
         further: &mut [[T; EFFECTS]; SCRATCH],
@@ -44,7 +44,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             }
         };
         let of_turn = at(rotated, NEW);
-        // Minus the weight.
+        // The coefficient is minus the weight.
         let of_mean = at(seen, OLD + FIELD);
         let of_speed = at(velocity, NEW + VELOCITY);
         let of_place = at(position, NEW + POSITION);

@@ -5,7 +5,7 @@
 pub struct Rules {
     /// Log Bayes factor from which on an effect is claimed.
     pub least: f32,
-    /// True if all nuisances are in before any effect is looked at: where every sensor has a little of each of them.
+    /// True if all nuisances are fitted before any effect is weighed, because every sensor has a little of each.
     pub with_nuisances: bool,
 }
 

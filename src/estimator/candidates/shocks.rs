@@ -1,25 +1,25 @@
-//! When a shock may have made another bias: what shakes beyond what the vibration of the last half minute does.
+//! Shocks, after which the gyro's bias may be another: shaking beyond the vibration of the last half minute.
 
 use super::STEPS;
 use crate::algebra::quantile;
 
-/// Half seconds that the vibration is known from.
+/// Most half seconds from which the vibration is known.
 const KNOWN: usize = 64;
-/// Fewest of them.
+/// Half seconds before which no shock is detected.
 const FEWEST: usize = 16;
-/// Length of what the hardest shaking is looked for in, microseconds.
+/// Length of a piece of which the hardest shaking is noted, microseconds.
 const PIECE_US: u64 = 500_000;
-/// By how many of their quartiles' distances the largest specific force of a half second has to be over their median.
-/// Largest values of vibration are Gumbel-distributed, with quartiles at 0.327, -0.367 and -1.246 scales from its
-/// mode: one in 1,000 is so large, one in eight minutes. A short shock is diluted by the sample period.
+/// Interquartile distances by which the largest specific force of a half second has to be over the median of these
+/// maxima. Maxima of vibration are Gumbel-distributed, with quartiles at 0.327, -0.367 and -1.246 scales from the mode:
+/// one in 1,000 is so large, one in eight minutes. A short shock is diluted by the sample period.
 const SHOCK: f32 = (6.907 - 0.367) / (1.246 + 0.327);
-/// And by how much at least, m/s^2: half of gravity.
+/// Least excess over the median for a shock, m/s^2: half of gravity.
 const LEAST: f32 = 4.9;
-/// A shock and its ringing are one, microseconds.
+/// Pause after which a peak is another shock and no ringing, microseconds.
 const APART_US: u64 = 500_000;
 
-/// A step of 0.1 deg/s has begun to show after so long, microseconds; one that shows so clearly gives its place to no
-/// other.
+/// Time after which a bias step of 0.1 deg/s has begun to show, microseconds; and the log Bayes factor from which a
+/// step gives its place to no other.
 const SHOWN_US: u64 = 5_000_000;
 const KEPT: f32 = 2.0;
 
@@ -30,15 +30,15 @@ pub(super) struct Shocks {
     count: u32,
     peak: f32,
     until_us: u64,
-    /// From where on it is a shock; 0: not known yet.
+    /// Specific force from which on there is a shock, m/s^2; 0: not known yet.
     least: f32,
     latest_us: u64,
-    /// When each step was, microseconds; 0: it is none.
+    /// Time of each bias step's shock, microseconds; 0: no step.
     at_us: [u64; STEPS],
-    /// Strength of each step's shock, m/s^2, and the step's evidence.
+    /// Strength of each step's shock, m/s^2, and the step's log Bayes factor.
     hard: [f32; STEPS],
     shown: [f32; STEPS],
-    /// Shocks so far, and those that found no place.
+    /// Shocks so far, and those for whose bias step there was no place.
     pub seen: u32,
     pub lost: u32,
 }
@@ -64,7 +64,7 @@ impl Shocks {
         *self = Self::zero();
     }
 
-    /// When a step was, microseconds.
+    /// Time of a bias step, microseconds.
     pub fn at_us(&self, step: u8) -> Option<u64> {
         self.at_us.get(usize::from(step)).copied().filter(|us| *us > 0)
     }
@@ -75,7 +75,7 @@ impl Shocks {
         }
     }
 
-    /// Takes the hardest specific force of an increment, m/s^2. Returns whether a shock begins.
+    /// Takes the hardest specific force of an increment, m/s^2. Returns true if a shock begins.
     pub fn look_at(&mut self, end_us: u64, peak: f32) -> bool {
         let mut is_new = false;
         if self.least > 0.0 && peak > self.least {
@@ -93,8 +93,8 @@ impl Shocks {
         is_new
     }
 
-    /// The place for a step at a shock: one that is free, of the step that has shown least of those that have had the
-    /// time to show, or of the one with the softest shock of the others.
+    /// Place for a bias step at a shock: a free one; else of the step with the least evidence among those that have had
+    /// the time to show; else of the softest shock, if it was softer than this one. `None` if all keep their places.
     fn place(&self, now_us: u64, hard: f32) -> Option<u8> {
         let mut least: Option<(u8, [f32; 2])> = None;
         for (((step, us), shown), shock) in (0..).zip(&self.at_us).zip(&self.shown).zip(&self.hard) {
@@ -113,7 +113,8 @@ impl Shocks {
         least.map(|(step, _)| step)
     }
 
-    /// Looks for a step at a shock. Returns the place that it takes, which another may have had.
+    /// Looks for a bias step at a shock. Returns the place that it takes, perhaps from another step; `None`: there is
+    /// none.
     pub fn begin_step(&mut self, at_us: u64, hard: f32) -> Option<u8> {
         let place = self.place(at_us, hard);
         let slot = place.map(usize::from);

@@ -1,6 +1,6 @@
-//! An effect's posterior averaged over the width of its prior: what the data show of an effect says how large the part
-//! of it is that they do not show. With the data sheet's width alone a hard iron of 0.2 uT across the tool would leave
-//! one of 5 uT along it to chance, and the attitude would follow.
+//! An effect's posterior averaged over the width of its prior: the parameters that the data show say how large those
+//! are that they do not show. With the data sheet's width alone a hard iron of 0.2 uT across the tool would leave one
+//! of 5 uT along it to chance, and the attitude would follow.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
@@ -11,14 +11,14 @@ use crate::{
     estimator::{eigen::diagonalise, real::Real},
 };
 
-/// Widths that are weighed, each half of the one before, all as likely before the data; 1 is the data sheet's. The
+/// Number of widths, each half of the one before, all as likely before the data; 1 is the data sheet's. The
 /// least is what quantisation leaves of an error within a data sheet.
 const WIDTHS: usize = 8;
-/// Variance of which rounding leaves nothing, or less: a millionth of the prior's width, squared.
+/// Least variance, in squared widths of the prior: rounding may leave less, or a negative one.
 const LEAST_VARIANCE: f32 = 1e-12;
 
-/// The posterior of `n` parameters in units of their priors' widths, weighed over smaller widths by their evidence.
-/// `dispersion`: variance that the data have over the one that they are said to have.
+/// The posterior of `n` parameters in units of their priors' widths, averaged over smaller widths by their evidence.
+/// `dispersion`: variance of the data over their stated variance.
 #[inline(never)]
 pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersion: T) -> Posterior<T> {
     // A limit that the compiler knows: no index has to be checked.
@@ -75,7 +75,7 @@ pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersion: 
             }
         }
     }
-    // Second moments less the square of the mean: never below nothing.
+    // Second moments less the square of the mean: never negative.
     for i in 0..n {
         for j in 0..n {
             covariance[i][j] -= mean[i] * mean[j];
@@ -147,8 +147,7 @@ mod tests {
         let louder = averaged(&known, 3, 4.0);
         assert!((louder.covariance[0][0] / back.covariance[0][0] - 4.0).abs() < 0.05);
     }
-    /// Two parameters of which the data show the difference alone, in `f32`: rounding may leave a variance below
-    /// nothing.
+    /// Two parameters of which the data show the difference alone, in `f32`: rounding may make a variance negative.
     #[test]
     fn a_variance_that_rounding_made_negative_moves_no_mean() {
         let mut known =

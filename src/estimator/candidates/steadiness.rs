@@ -1,13 +1,13 @@
-//! Steadiness of the effects' estimates: data that did not teach an estimate score it. What a further block of data
-//! changes of an estimate that is right has the variance by which that of the estimate falls; an effect that merely
-//! resembles what there is changes by more.
+//! Steadiness of the effects' estimates, each scored by later data. If an estimate is right, a further block of data
+//! changes it with the variance by which its own variance falls; an effect that merely resembles the true cause has
+//! larger changes.
 
 use super::{MAX_CLAIMS, PARAMETERS};
 
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
 /// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
-/// Blocks that are remembered, for each parameter: 100 s of motion. What was there before may be over.
+/// Blocks that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
 const REMEMBERED: f32 = 20.0;
 
 /// An estimate and its variance; a variance of 0: none.
@@ -17,7 +17,7 @@ struct Estimate {
     variance: f32,
 }
 
-/// Latest estimates of all effects, and how much they have changed for what was learnt.
+/// Latest estimates of all effects, and their changes against those that the data should make.
 pub(super) struct Steadiness {
     /// Claims beside which the estimates were made, one bit each.
     beside: u32,
@@ -35,7 +35,8 @@ impl Steadiness {
         }
     }
 
-    /// Begins a weighing in which these claims were chosen. Estimates beside others cannot be compared.
+    /// Begins a weighing in which these claims were chosen. Estimates beside other claims are forgotten: they do not
+    /// compare.
     pub fn start(&mut self, beside: u32) {
         if beside != self.beside {
             self.beside = beside;
@@ -65,7 +66,7 @@ impl Steadiness {
         }
     }
 
-    /// Variance of what further data change of an effect over the one that it should have; never below 1.
+    /// Variance of an effect's changes by further data over the one that it should have; never below 1.
     pub fn dispersion(&self, claim: usize) -> f32 {
         match self.changes.get(claim) {
             Some([sum, count]) if *sum > *count => *sum / *count,

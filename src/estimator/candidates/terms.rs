@@ -60,7 +60,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
                 Kind::Own => {}
             }
             let known = self.first_column(index, 0);
-            // An effect that has never shown needs no columns.
+            // An effect whose terms have been zero so far needs no columns.
             let is_there = || terms.iter().any(|term| square(term) > 0.0);
             let Some(first) = known.or_else(|| if is_there() { self.give_columns(index, *effect, 0) } else { None })
             else {
@@ -71,7 +71,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         (out, moment)
     }
 
-    /// Steps of the bias, each from its shock on.
+    /// Sets the terms of the bias steps, each from its shock on.
     fn look_at_steps(&mut self, index: usize, effect: &dyn Effect, end_us: u64, out: &mut TakenOut<T>) {
         // Without a shock there is no step.
         if self.shocks.seen == 0 && self.first_column(index, 0).is_none() {
@@ -91,7 +91,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         }
     }
 
-    /// Sets what the columns of an effect add.
+    /// Sets the terms of an effect's columns, and adds what is taken out to `out`.
     fn set_terms(&mut self, first: usize, terms: &[Vector3<f32>], field_ut: T, out: &mut TakenOut<T>) {
         let per_unit = if field_ut > T::ZERO { T::ONE / field_ut } else { T::ONE };
         let own = first..first + terms.len();
@@ -112,7 +112,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         }
     }
 
-    /// Adds the increment that was looked at, as it was turned.
+    /// Adds the increment of the last `look_at`, turned to the node's beginning, to the sums of the node.
     pub fn add(&mut self, turned: &Turned<T>) {
         let Turned { middle, seconds, field, force } = turned;
         let (dt, half) = (*seconds, *seconds * T::of(0.5));

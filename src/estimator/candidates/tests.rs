@@ -81,7 +81,7 @@ static IRON: Made = Made {
 static BEND: Made = made("bend", Sensor::Magnetometer, &[parameter(3.0, true), parameter(3.0, true)]);
 static TWIST: Made = made("twist", Sensor::Magnetometer, &[parameter(1.0, true)]);
 
-/// In the order of the claims; after them come the second and the third step.
+/// Effects of these tests, in the order of the claims; after them come the second and the third step.
 static MADE: [&dyn Effect; 6] = [&SHEAR, &LAG, &STEP, &IRON, &BEND, &TWIST];
 const OF_SHEAR: usize = 0;
 const OF_LAG: usize = 1;
@@ -89,7 +89,7 @@ const OF_STEP: usize = 2;
 const OF_IRON: usize = 3;
 const OF_BEND: usize = 4;
 const OF_TWIST: usize = 5;
-/// In the order of the columns: effects and their steps.
+/// Effect and step of each group of columns, in the order of the columns.
 const COLUMNS: [(usize, u8); 7] =
     [(OF_SHEAR, 0), (OF_LAG, 0), (OF_STEP, 0), (OF_STEP, 1), (OF_STEP, 2), (OF_BEND, 0), (OF_TWIST, 0)];
 const SHEARS: usize = 0;
@@ -113,7 +113,7 @@ struct Row {
 }
 
 impl Row {
-    /// At random; the columns that are not in use are zero.
+    /// Random row; the columns that are not in use are zero.
     fn random(generator: &mut Xoshiro128PlusPlus) -> Self {
         Self {
             globals: core::array::from_fn(|_| deviate(generator)),
@@ -205,7 +205,7 @@ fn the_library_finds_room() {
             assert!(from.is_some() && candidates.first_column(index, step) == from, "{}", effect.name());
         }
     }
-    // There are no more.
+    // No columns are left.
     let before = candidates.places().len();
     let full = (0..EFFECTS).find(|_| candidates.give_columns(0, &STEP, 0).is_none());
     assert!(full.is_some() && candidates.places().len() + 3 > EFFECTS && before <= EFFECTS);

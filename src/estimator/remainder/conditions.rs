@@ -6,7 +6,7 @@ use super::correlation::REGRESSORS;
 use crate::compensation::Snapshot;
 use nalgebra::Matrix3;
 
-/// Facts of an instant.
+/// Number of conditions of an instant.
 const FACTS: usize = 16;
 
 /// Half of a window, seconds.
@@ -57,7 +57,7 @@ impl Conditions {
         self.sums.iter_mut().zip(&facts).for_each(|(sum, fact)| *sum += fact);
     }
 
-    /// The regressors of the node, which begins so many seconds after the first.
+    /// Regressors of the node, which begins so many seconds after the first node.
     pub fn of_node(&self, seconds: f32) -> [f32; REGRESSORS] {
         let mut regressors = [0.0; REGRESSORS];
         // Time is scaled to the order of 1 and about zero, so that it and its square differ.

@@ -28,7 +28,7 @@ pub enum Correlate {
 }
 
 impl Correlate {
-    /// Its name in results.
+    /// Name of the quantity in results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -52,9 +52,9 @@ pub const MOST_NAMED: usize = 3;
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GoesWith {
-    /// Which.
+    /// The quantity.
     pub correlate: Correlate,
-    /// Squared multiple correlation: the share of the remainder's variance that goes with it.
+    /// Squared multiple correlation: the share of the remainder's variance that goes with the quantity.
     pub share: f32,
     /// Chance of so large a share in a remainder that is white.
     pub p_value: f32,
@@ -64,30 +64,30 @@ pub struct GoesWith {
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {
-    /// The largest correlation of nodes with others, of either sign.
+    /// Largest correlation of the nodes' innovations with later ones, of either sign.
     pub correlation: f32,
-    /// Distance in time, seconds.
+    /// Time between the correlated nodes, seconds.
     pub apart_s: f32,
-    /// Chance of so large a one, at any distance, in a remainder that is white.
+    /// Chance of so large a correlation, at any distance, in a remainder that is white.
     pub p_value: f32,
 }
 
-/// Report of a residual that no candidate explains. Of white ones one diagnosis in a hundred names anything.
+/// Report of a residual that no candidate explains. If it is white, one report in a hundred names anything.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RemainderReport {
-    /// Quantities that it goes with, the least likely to be chance first.
+    /// Quantities that the remainder goes with, the least likely to be chance first.
     pub goes_with: [GoesWith; MOST_NAMED],
-    /// Number of quantities.
+    /// Number of these quantities.
     pub count: u8,
     /// Likeness of the remainder to itself some time later.
     pub memory: Memory,
-    /// True if that is beyond chance.
+    /// True if the memory is beyond chance.
     pub has_memory: bool,
 }
 
 impl RemainderReport {
-    /// Returns the quantities that it goes with.
+    /// Returns the quantities that the remainder goes with.
     pub fn named(&self) -> impl Iterator<Item = &GoesWith> {
         self.goes_with.iter().take(usize::from(self.count))
     }

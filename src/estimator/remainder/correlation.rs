@@ -8,20 +8,20 @@ use super::correlate::{Correlate, GoesWith};
 use core::hint::black_box;
 use nalgebra::Vector3;
 
-/// Regressors of a node.
+/// Number of regressors of a node.
 pub(super) const REGRESSORS: usize = 18;
 
-/// Widest group of regressors.
+/// Number of regressors in the widest group.
 const WIDEST: usize = 4;
 
 /// Groups of regressors that belong together, by their widths: time, temperature, rate and its square, specific
 /// force, its square, once and twice per revolution, angular acceleration.
 const GROUPS: [usize; 8] = [2, 1, 4, 3, 1, 2, 2, 3];
 
-/// Products within the groups.
+/// Number of products within the groups.
 const PRODUCTS: usize = 33;
 
-/// In which way a remainder is looked at.
+/// Frame in which a remainder is tested.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum View {
     /// As a turn about the axes of the body: what a bias of the gyro makes.
@@ -59,12 +59,12 @@ static VIEWED: [(usize, View); 9] = [
     (7, View::Earth),
 ];
 
-/// Products of regressors and residuals: the widths of those groups together.
+/// Number of products of regressors and residuals: the widths of the groups of `VIEWED` together.
 const CROSS: usize = 20;
 
-/// The quantities, which of those groups they are in, and from which to which of its regressors; what comes before
-/// them is given. The model has P in it, which leaves nothing that goes with the rate: its square has to show beside
-/// it.
+/// Tests: the quantity, its index in `VIEWED`, and the range of the group's regressors that count; those before the
+/// range are given. The model has P in it, which leaves nothing that goes with the rate: the rate's square has to show
+/// beside the rate.
 static TESTS: [(Correlate, usize, core::ops::Range<usize>); COUNT] = [
     (Correlate::Time, 0, 0..2),
     (Correlate::Time, 1, 0..2),
@@ -78,13 +78,13 @@ static TESTS: [(Correlate, usize, core::ops::Range<usize>); COUNT] = [
     (Correlate::Lag, 8, 0..3),
 ];
 
-/// Number of groups.
+/// Number of tests.
 pub(super) const COUNT: usize = 10;
 
-/// A regressor that varies by less than this share of its mean does not vary: rounding.
+/// Least variation of a regressor, as a share of its mean: less is rounding.
 const ROUNDING: f32 = 1e-5;
 
-/// A regressor of which less than this share is left beside those before it is one with them.
+/// Least share of a regressor that is left beside those before it: with less it is one with them.
 const COLLINEAR: f32 = 1e-4;
 
 /// Fewest degrees of freedom of a residual's component: below it the approximation of F's distribution is poor.
@@ -165,7 +165,7 @@ impl Moments {
         (if self.count > 0.0 { trace / self.count } else { 0.0 }, components)
     }
 
-    /// Its mean.
+    /// Mean of the residual in the body's frame.
     pub const fn mean_in_body(&self) -> Vector3<f32> {
         *View::Body.of(&self.residuals)
     }
@@ -178,7 +178,7 @@ impl Moments {
         (trace, if squares > 0.0 { trace * trace / squares } else { 0.0 })
     }
 
-    /// Each quantity's share and its p-value; none where it does not vary, or too few nodes were seen.
+    /// Share and p-value of each quantity; `None` if it does not vary, or too few nodes were seen.
     pub fn tests(&self) -> [Option<GoesWith>; COUNT] {
         let mut found = [None; COUNT];
         for (found, (correlate, viewed, counted)) in found.iter_mut().zip(&TESTS) {
@@ -241,8 +241,8 @@ impl Moments {
     }
 }
 
-/// Probability that F with these degrees of freedom is larger (Paulson, Annals of Mathematical Statistics 13 (1942)
-/// 233: within a few hundredths of itself from 3 degrees of freedom on).
+/// Probability that F with these degrees of freedom is larger than `ratio` (Paulson, Annals of Mathematical Statistics
+/// 13 (1942) 233: within a few hundredths of itself from 3 degrees of freedom on).
 #[inline(never)]
 fn chance_of_ratio(ratio: f32, freedom: f32, freedom_left: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * freedom), 2.0 / (9.0 * freedom_left));

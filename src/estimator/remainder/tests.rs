@@ -24,7 +24,7 @@ fn vector(generator: &mut Xoshiro128PlusPlus) -> Vector3<f32> {
     Vector3::from_fn(|_, _| deviate(generator))
 }
 
-/// Any conditions: nothing goes with anything else, as far as gravity lets them.
+/// Random conditions, independent of one another as far as gravity allows.
 fn conditions(generator: &mut Xoshiro128PlusPlus) -> Snapshot {
     let toolface = generator.next_u32() as f32 / u32::MAX as f32 * TAU;
     let across = libm::expf(deviate(generator));
@@ -90,7 +90,7 @@ fn a_white_remainder_is_named_once_in_a_hundred_at_most() {
     for deviations in [[1.0; 3], [1.0, 0.1, 0.1], [1e-3, 2e-3, 1e-3]] {
         let reports = (0..runs).map(|seed| told(seed, deviations, |_, _, _| [NONE; 2]).report());
         let alarms = reports.filter(|report| !report.is_white()).count();
-        // 20 +- 4.5.
+        // Expected are 20 +- 4.5 alarms.
         assert!(alarms <= 33, "{alarms} of {runs}, {deviations:?}");
     }
 }

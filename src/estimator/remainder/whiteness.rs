@@ -5,7 +5,7 @@
 use super::correlate::Memory;
 use nalgebra::Vector3;
 
-/// Farthest nodes that are compared: six seconds of half a second, half a period of what comes back every twelve.
+/// Largest distance of compared nodes: 6 s at 0.5 s a node, half a period of a remainder that repeats every 12 s.
 const FARTHEST: usize = 12;
 
 /// Fewest pairs at a distance: with fewer the sum of their products is not about normal.
@@ -34,8 +34,8 @@ impl Whiteness {
         self.latest[usize::from(number) % FARTHEST] = *innovation;
     }
 
-    /// The distance at which the remainder is most like itself, or its opposite; p-value shared out among the
-    /// distances (Bonferroni).
+    /// Returns the distance at which the remainder is most like itself, or its opposite; its p-value is corrected for
+    /// the number of distances (Bonferroni).
     #[inline(never)]
     pub fn memory(&self, mean: &Vector3<f32>, (variance, components): (f32, f32), node_s: f32) -> Memory {
         let mut most = (0.0, Memory { p_value: 1.0, ..Memory::default() });

@@ -14,13 +14,13 @@ pub(in crate::estimator) struct FieldReading<'a, T> {
     pub pre: &'a Preintegration<T>,
     /// One over the number of increments that hold a field.
     pub share: T,
-    /// In the earth frame.
+    /// Mean field, earth frame.
     pub mean: V3<T>,
     /// Mean less the earth field of the node.
     pub innovation: V3<T>,
 }
 
-/// The mean field is the earth's.
+/// Writes the rows that the mean field is the earth's.
 pub(in crate::estimator) fn field<T: Real>(mut block: Block<T>, reading: &FieldReading<T>) {
     let FieldReading { attitude, pre, share, mean, innovation } = reading;
     block.states(OLD + ATTITUDE, &-cross_matrix(mean));
@@ -38,7 +38,7 @@ pub(in crate::estimator) fn field<T: Real>(mut block: Block<T>, reading: &FieldR
     block.constant(innovation);
 }
 
-/// The earth field stays as it was, but for a walk.
+/// Writes the rows that the earth field stays as it was, but for a walk.
 pub(in crate::estimator) fn field_walk<T: Real>(mut block: Block<T>) {
     block.unit(OLD + FIELD, -T::ONE);
     block.unit(NEW + FIELD, T::ONE);

@@ -25,12 +25,12 @@ pub(super) const OLD: usize = 0;
 pub(super) const NEW: usize = NODE;
 pub(super) const GLOBAL: usize = 2 * NODE;
 pub(super) const CONSTANT: usize = GLOBAL + GLOBALS;
-/// Columns in all.
+/// Number of columns.
 pub(super) const WIDTH: usize = CONSTANT + 1;
 /// Rows of a node: rotation, field, its walk, velocity, position, two bounds, rest or declared field; three each.
 pub(super) const ROWS: usize = 24;
 
-/// Makes columns of each axis' share of nine vectors.
+/// Combines each axis' elements of nine vectors into columns.
 fn by_axis<T: Real, const K: usize>(vectors: &[V3<T>; 9], columns: impl Fn(&[T; 9]) -> [T; K]) -> [[T; K]; 3] {
     [vectors.map(|v| v.x), vectors.map(|v| v.y), vectors.map(|v| v.z)].map(|elements| columns(&elements))
 }
@@ -38,7 +38,7 @@ fn by_axis<T: Real, const K: usize>(vectors: &[V3<T>; 9], columns: impl Fn(&[T; 
 /// Three rows, one per axis.
 pub(super) struct Block<'a, T> {
     pub rows: &'a mut [[T; WIDTH]],
-    /// One over the deviation of their noise.
+    /// One over the deviation of the rows' noise.
     pub weight: T,
     /// Prior widths of the globals, whose columns are in units of these.
     pub sigma: &'a [T; GLOBALS],
@@ -54,7 +54,7 @@ impl<T: Real> Block<'_, T> {
         }
     }
 
-    /// The same of a multiple of the unit matrix.
+    /// Sets a block of three columns of node states to a multiple of the unit matrix.
     pub fn unit(&mut self, from: usize, factor: T) {
         for (i, row) in self.rows.iter_mut().enumerate() {
             if let Some(slot) = row.get_mut(from + i) {
@@ -73,7 +73,7 @@ impl<T: Real> Block<'_, T> {
         }
     }
 
-    /// Sets the columns of globals from `from` on: what each axis has of them.
+    /// Sets the columns of globals from `from` on to the coefficients of each axis.
     pub fn globals<const K: usize>(&mut self, from: usize, by: &[[T; K]; 3]) {
         for (row, values) in self.rows.iter_mut().zip(by) {
             let slots = row.iter_mut().skip(GLOBAL + from);
@@ -83,7 +83,7 @@ impl<T: Real> Block<'_, T> {
         }
     }
 
-    /// Sets the constant.
+    /// Sets the constants of the three rows.
     pub fn constant(&mut self, value: &V3<T>) {
         for (row, value) in self.rows.iter_mut().zip(value.iter()) {
             if let Some(slot) = row.last_mut() {

@@ -31,7 +31,7 @@ impl<T: Real> PathNoise<T> {
     }
 }
 
-/// Velocity and position go on by what the accelerometer and gravity gave.
+/// Writes the rows that velocity and position go on by the accelerometer's readings and gravity.
 pub(in crate::estimator) fn path<T: Real>(
     rows: &mut [[T; WIDTH]; 6],
     sigma: &[T; GLOBALS],

@@ -9,13 +9,13 @@ use crate::estimator::{
 /// The earth's field as a survey's reference has it, in units of the estimator's field.
 #[derive(Clone, Copy)]
 pub(in crate::estimator) struct Declared<T> {
-    /// Norm, and its deviation, the magnetometer's scale in it.
+    /// Norm and its deviation, which includes the magnetometer's scale.
     pub norm: [T; 2],
     /// Sine of the dip below the horizontal, and its deviation.
     pub dip_sine: [T; 2],
 }
 
-/// The field of the node has the declared norm, and the declared share of it points down.
+/// Writes the rows that the node's field has the declared norm and the declared dip.
 pub(in crate::estimator) fn reference<T: Real>(mut block: Block<T>, field: &V3<T>, declared: &Declared<T>) {
     let length = norm(field);
     let along = field / length;
@@ -70,7 +70,7 @@ mod tests {
             for (row, before) in rows(&moved).iter().zip(&at) {
                 let slope = (row[CONSTANT] - before[CONSTANT]) / 1e-6;
                 assert!((slope - before[OLD + FIELD + axis]).abs() < 1e-3, "{axis}: {slope}");
-                // Nothing but the field of the node.
+                // Only the columns of the node's field are not zero.
                 let others = before.iter().enumerate().take(CONSTANT);
                 assert!(others.filter(|(c, _)| !(FIELD..NODE).contains(c)).all(|(_, x)| *x == 0.0));
             }

@@ -7,7 +7,7 @@ use crate::estimator::{
     real::{M3, Real},
 };
 
-/// Attitude goes on by what the gyro turned: new error = old error + what errors of bias and P turned, in the earth
+/// Writes the rows of the rotation: new attitude error = old error + turn by the errors of bias and P, in the earth
 /// frame.
 pub(in crate::estimator) fn rotation<T: Real>(mut block: Block<T>, attitude: &M3<T>, by_gyro: &ByGyro<T>) {
     block.unit(OLD + ATTITUDE, -T::ONE);

@@ -96,7 +96,7 @@ fn what_no_motion_shows_of_a_stored_p_is_as_uncertain_as_it_was_when_it_was_stor
         let elements = posterior.gyro.p.as_flattened().iter().zip(truth.as_flattened()).zip(&posterior.sigma);
         for (k, ((found, truth), sigma)) in elements.enumerate() {
             assert!((found - truth).abs() < 3.0 * sigma, "seed {seed}, element {k}: {found} +- {sigma}, {truth}");
-            // The covariance of the nine says the same.
+            // The covariance of P's nine elements agrees.
             let variance = posterior.p_covariance[k * (k + 3) / 2];
             assert!((variance - sigma * sigma).abs() <= 1e-6 * variance, "seed {seed}, element {k}");
         }
@@ -123,7 +123,7 @@ fn claimed(samples: &[(u64, [Reading; 3])]) -> Vec<&'static str> {
 
 #[test]
 fn a_field_along_an_axis_that_always_points_one_way_is_the_earths() {
-    // Three runs of 40 named an axial interference that is not there when nothing asked if the axis had turned.
+    // Without the test that the axis has turned, three runs of 40 named an axial interference that is not there.
     for seed in 0..40 {
         let names = claimed(&swinging_string(seed, 240.0, 0.0, 0.0));
         assert!(!names.contains(&"axial_interference"), "seed {seed}: {names:?}");

@@ -26,7 +26,7 @@ pub enum Baseline {
 }
 
 impl Baseline {
-    /// Returns `None` if another search is meant.
+    /// Creates a search; `None` if `kind` is none of these.
     pub fn new(kind: OptimizerKind, most: u32, seed: u64) -> Option<Self> {
         let space = &SearchSpace::UNIT;
         let made = match kind {

@@ -35,7 +35,7 @@ mod tests {
     use crate::optimizer::SearchSpace;
     use rand_core::SeedableRng;
 
-    /// Least and largest relative way from the member at 0 towards the best at 0.5, of many draws.
+    /// Least and largest move of the member at 0 towards the best at 0.5, over their distance, of many draws.
     fn way(own: f32, lowest: f32) -> (f32, f32) {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(4);
         let mut population = Population::<3, 2>::new(&SearchSpace::UNIT, 1, &mut generator).unwrap();
@@ -55,11 +55,11 @@ mod tests {
         let near = |(least, most): (f32, f32), expected: (f32, f32)| {
             assert!((least - expected.0).abs() < 0.02 && (most - expected.1).abs() < 0.02, "{least} {most}");
         };
-        // b = 1: up to twice the way, no spiral. b = 0: the spiral alone, of the whole distance.
+        // b = 1: up to twice the distance, no spiral. b = 0: the spiral alone, as wide as the distance.
         near(way(10.0, 9.999_999), (0.0, 2.0));
         near(way(f32::INFINITY, 9.0), (-1.0, 1.0));
         near(way(f32::MAX, 9.0), (-1.0, 1.0));
-        // b = 1/2: up to once the way, and e^(1/2) / 4 of the distance.
+        // b = 1/2: up to once the distance, and a spiral of e^(1/2) / 4 of it.
         near(way(18.0, 9.0), (-0.412, 1.412));
         // Costs that are not positive have no meaningful ratio: b = 0.
         near(way(-1.0, -2.0), (-1.0, 1.0));

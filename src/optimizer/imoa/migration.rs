@@ -19,7 +19,7 @@ pub(super) fn migration<const D: usize, const N: usize>(
     progress: f32,
     generator: &mut Xoshiro128PlusPlus,
 ) -> [f32; D] {
-    // The best has no distance from itself: it borrows another member's.
+    // The best has no distance from itself, so that another member's is taken.
     let from = population.member(if turn == population.best() { population.other(turn, generator) } else { turn });
     let best = population.member(population.best());
     let width = 0.3 + 0.7 * (1.0 - quarter_sine(progress));

@@ -29,14 +29,14 @@ pub(super) struct Exchange<const D: usize> {
     /// Best point when the exchange began, and its cost.
     base: [f32; D],
     cost: f32,
-    /// Values of the two trials.
+    /// Values of the variables in the two trials.
     trials: [[f32; D]; 2],
     /// Cost of the first trial of this variable.
     first: Option<f32>,
     variable: usize,
     rule: Rule<D>,
     candidate: [f32; D],
-    /// Slope of the cost along the way from the base to the candidate, at the base.
+    /// Slope of the cost along the line from the base to the candidate, at the base.
     slope: f32,
 }
 

@@ -34,7 +34,7 @@ struct Problem {
 }
 
 impl Problem {
-    /// Rows at random, their coefficients as `shape` leaves them. The gyro is at random; these unknowns are given.
+    /// Random rows, their coefficients changed by `shape`. The gyro is random; `truth` gives the other unknowns.
     fn new(seed: u64, truth: &[(usize, f64)], shape: impl Fn(&mut Row, &mut Xoshiro128PlusPlus)) -> Self {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
         let mut x: [f64; BOTH] = core::array::from_fn(|c| if is_of_gyro(c) { deviate(&mut generator) } else { 0.0 });
@@ -236,7 +236,7 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
             is_about(claim.size_sigma, libm::sqrt(square_sigma), "what its deviations add");
             assert!(claim.is_taken_out && claim.rivals == 0, "{claim:?}");
         }
-        // Its mean is taken out.
+        // The mean of the shear is taken out.
         let (found, evidence) = (problem.known.candidates.x, &problem.evidence);
         let (mean, _) = problem.averaged(&both, &columns_of(OF_SHEAR));
         assert_eq!(evidence.taken.as_slice(), [NUISANCES as u8, NUISANCES as u8 + 1]);

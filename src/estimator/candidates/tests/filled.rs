@@ -160,7 +160,7 @@ fn largest_error(setting: &mut Setting, of: Range<usize>) -> (f64, &'static str)
         x[e] = -STEP;
         let less = setting.rows(&x);
         let per = 0.5 / STEP;
-        // A row is of changes from what was predicted, and that has moved.
+        // The rows' unknowns are changes from the prediction, and that has moved.
         let turned = rotation_vector(&(more.attitude * less.attitude.transpose())) * per;
         let states = [
             (ATTITUDE, turned),
@@ -189,7 +189,7 @@ fn the_columns_are_the_derivatives_of_the_rows() {
         let (error, name) = largest_error(&mut setting, 0..STILL - NODE);
         assert!(error < 1e-3, "{seed}: {error} of {name}");
         let rows = setting.rows(&[0.0; EFFECTS]);
-        // Each of them shows.
+        // Every column has a coefficient.
         for column in 0..setting.candidates.places().len() {
             assert!(rows.further[NODE..STILL].iter().any(|row| row[column].abs() > 1e-6), "{seed}: {column}");
         }

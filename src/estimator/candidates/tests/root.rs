@@ -218,7 +218,7 @@ fn a_step_that_is_dropped_leaves_all_else_and_has_its_prior() {
         known.candidates.drop_step(step);
         let rows = extended(&known.globals, &known.candidates);
         let mut found = rows.transpose() * rows;
-        // But for what no column can explain any more.
+        // Except for the constant that no column can explain any more.
         found[(BOTH, BOTH)] = expected[(BOTH, BOTH)];
         assert!((found - expected).amax() < 1e-10, "{}", (found - expected).amax());
         for (e, x) in x.iter().enumerate() {
