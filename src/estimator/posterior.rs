@@ -12,8 +12,8 @@ use super::{
 use crate::compensation::GyroModel;
 use nalgebra::Vector3;
 
-/// Motion before which nothing flies, seconds: of 26 recordings two were made worse after 4 to 20 s of it, and none
-/// after 14.
+/// Motion before which nothing flies, seconds: of 26 flights that ended after 4 to 20 s of it two were made worse, of
+/// 26 that ended after 14 to 30 s none.
 const LEAST_MOTION_S: f32 = 14.0;
 /// Least motion where the data exclude the P that the filter began with, seconds: as many nodes as P has elements.
 const LEAST_MOTION_EXCLUDED_S: f32 = 4.5;

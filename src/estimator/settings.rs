@@ -225,7 +225,7 @@ impl Settings {
             put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
         }
         if id.vectors_from_reference {
-            // Vectors from a reference have no errors of their own, but for the common lag.
+            // Vectors from a reference have no errors of their own. A delay that both have is the effect `gyro_lag`.
             sigma = [0.0; GLOBALS];
         }
         let mut put = |from: usize, widths: &[f32]| {

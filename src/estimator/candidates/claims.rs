@@ -21,7 +21,7 @@ use core::ops::Range;
 
 /// Errors of the vector sensors that are always possible, with or without a name in the library.
 const NAMELESS: [Group; 6] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS];
-/// Microseconds after which a bias step becomes part of the bias: within two windows it has been reported.
+/// Microseconds after which a bias step becomes part of the bias: by then two windows have reported it.
 const SETTLED_US: u64 = 120_000_000;
 
 /// An effect that the evidence shows.
