@@ -3,15 +3,14 @@
 use meerkat_mwd::{
     Sample, SampleFlags,
     compensation::Effect,
+    config::IdentificationConfig,
     estimator::{Estimator, Posterior, Real, Settings},
     sample::Reading,
 };
 use nalgebra::Vector3;
 
-/// Interval between updates of the posterior, microseconds: the default of `identification.update_s`.
-const UPDATE_US: u64 = 5_000_000;
-
-/// Posterior after the last sample, with an update every 5 s; `None` if there was too little to estimate from.
+/// Posterior after the last sample, updated on the way as often as by default; `None` if there was too little to
+/// estimate from.
 #[must_use]
 pub fn posterior<T: Real>(
     settings: &Settings,
@@ -20,12 +19,13 @@ pub fn posterior<T: Real>(
 ) -> Option<Posterior> {
     let mut estimator = Box::new(Estimator::<T>::zero());
     estimator.configure(settings, library);
-    let mut next_us = 0;
+    let update_us = (1e6 * IdentificationConfig::default().update_s) as u64;
+    let mut next_us = None;
     for sample in samples {
         estimator.push(sample.t_us, readings(&sample), None);
-        if sample.t_us >= next_us {
+        if sample.t_us >= *next_us.get_or_insert(sample.t_us + update_us) {
             estimator.close(false);
-            next_us = sample.t_us + UPDATE_US;
+            next_us = Some(sample.t_us + update_us);
         }
         while estimator.step() > 0 {}
     }
