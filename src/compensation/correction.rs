@@ -140,6 +140,27 @@ impl ActiveEffects {
         [of_force, of_field]
     }
 
+    /// Variances on each axis of what is taken out of force and field, (m/s^2)^2 and microtesla^2, at `snapshot`, which
+    /// is corrected; the parameters' errors count as independent.
+    pub(crate) fn vector_variances(&self, library: &[&dyn Effect], snapshot: &Snapshot) -> [Vector3<f32>; 2] {
+        let [mut of_force, mut of_field] = [Vector3::zeros(); 2];
+        for found in self.iter() {
+            let Some(effect) = library.get(usize::from(found.index)) else { continue };
+            let sum: &mut Vector3<f32> = match effect.sensor() {
+                Sensor::Gyro => continue,
+                Sensor::Accelerometer => &mut of_force,
+                Sensor::Magnetometer => &mut of_field,
+            };
+            let parameters = found.parameters.iter().zip(&found.sigma).enumerate().take(effect.parameters().len());
+            for (k, (parameter, sigma)) in parameters {
+                if *parameter != 0.0 {
+                    *sum += effect.term(k, snapshot).map(|term| term * term * sigma * sigma);
+                }
+            }
+        }
+        [of_force, of_field]
+    }
+
     /// Delay of the gyro's reading, and so of everything valid at the rate's time, seconds.
     #[must_use]
     pub fn gyro_delay_s(&self, library: &[&dyn Effect]) -> f32 {

@@ -39,7 +39,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         };
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
-        if agreement.field == Readings::Used && self.needs_turns() {
+        if agreement.field == Readings::Used && self.settings.noise.field_is_even {
             self.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
         }
         self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
@@ -120,15 +120,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
     }
 
-    /// True if nothing but turns of an axis tells a constant field along it from the earth's: in a drill string whose
-    /// field has not been declared, or not been read yet.
-    const fn needs_turns(&self) -> bool {
-        self.settings.noise.field_is_even && self.node.referred == 0
-    }
-
-    /// Axes of the body along which a constant field cannot be told from the earth's.
-    pub(super) fn hidden_iron(&self) -> [bool; 3] {
-        if self.needs_turns() { self.pointing.hides() } else { [false; 3] }
+    /// Axes of the body that have not turned, in a drill string: there the earth's field is the same over the whole
+    /// path, and only turns of an axis or a declared field tell a constant field along it from the earth's.
+    pub(super) fn unturned(&self) -> [bool; 3] {
+        if self.settings.noise.field_is_even { self.pointing.hides() } else { [false; 3] }
     }
 
     /// Begins a node.

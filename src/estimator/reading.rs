@@ -100,11 +100,44 @@ const REFERRED: u8 = 40;
 /// Deviations of the dip, by its declared error and the prior's iron, beyond which it is another place's.
 const ANOTHER_PLACE: f32 = 5.0;
 
+/// Declared field with its deviations, in units of the estimator's field; `None` without one, or before the unit is
+/// known.
+fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declared<T>> {
+    let reference = settings.reference.filter(|_| field_unit > T::ZERO)?;
+    let matrix = settings.sigma.get(MAG_MATRIX.from).copied().unwrap_or(0.0);
+    // The estimator's matrix has no scale of the field: the reading's own is an error of the norm.
+    let norm = T::of(reference.norm_ut) / field_unit;
+    let of_norm = T::of(reference.norm_sigma_ut) / field_unit;
+    let of_norm = of_norm * of_norm + T::of(matrix * matrix) * norm * norm;
+    Some(rows::Declared {
+        norm: [norm, of_norm.root()],
+        dip_sine: [T::of(reference.dip_sine), T::of(reference.dip_sine_sigma)],
+    })
+}
+
+/// Information that the declared field gives, as far as it has been read, on a constant field along each axis of the
+/// body, in units of these widths of the prior; `None` if none has been read.
+pub(super) fn told_by_reference<T: Real>(
+    node: &Node<T>,
+    (settings, field_unit): (&Settings, T),
+    widths: &[T],
+) -> Option<[f32; 3]> {
+    let declared = declared(settings, field_unit).filter(|_| node.referred > 0)?;
+    let read = T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED));
+    let [of_norm, of_dip] = rows::slopes(&node.field, &declared);
+    let mut information = [0.0; 3];
+    for ((information, axis), width) in information.iter_mut().zip(node.attitude.column_iter()).zip(widths) {
+        let [norm, dip] = [of_norm.dot(&axis), of_dip.dot(&axis)];
+        *information = ((norm * norm + dip * dip) * *width * *width * read).narrow();
+    }
+    Some(information)
+}
+
 /// Writes the rows that the earth field of the node is the declared one.
 pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) {
     let Some(reference) = taken.settings.reference else { return };
-    let is_ready = node.has_field && node.curved == 0 && node.referred < REFERRED && taken.field_unit > T::ZERO;
-    if !is_ready {
+    let Some(declared) = declared(taken.settings, taken.field_unit) else { return };
+    if !(node.has_field && node.curved == 0 && node.referred < REFERRED) {
         return;
     }
     let [iron, matrix] =
@@ -116,15 +149,9 @@ pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken:
         return;
     }
     node.referred += 1;
-    // The estimator's matrix has no scale of the field: the reading's own is an error of the norm.
-    let norm = T::of(reference.norm_ut) / taken.field_unit;
-    let of_norm = T::of(reference.norm_sigma_ut) / taken.field_unit;
-    let of_norm = of_norm * of_norm + T::of(matrix * matrix) * norm * norm;
-    let shares = T::of(f32::from(REFERRED));
-    let declared = rows::Declared {
-        norm: [norm, (of_norm * shares).root()],
-        dip_sine: [T::of(reference.dip_sine), (T::of(of_dip) * shares).root()],
-    };
+    let shares = T::of(f32::from(REFERRED)).root();
+    let part = |[value, deviation]: [T; 2]| [value, deviation * shares];
+    let declared = rows::Declared { norm: part(declared.norm), dip_sine: part(declared.dip_sine) };
     rows::reference(Block { rows, weight: T::ONE, sigma: taken.sigma }, &node.field, &declared);
 }
 

@@ -2,9 +2,10 @@
 
 use super::{
     Centre, Estimator, Item, Kind, Refusal, Task,
-    candidates::Units,
-    columns::{GLOBALS, NUISANCES},
+    candidates::{Units, Unturned},
+    columns::{GLOBALS, HARD_IRON, NUISANCES},
     increment::Increment,
+    reading,
     real::{Real, V3, norm, widened, zero3},
     walk,
     window_cost::{Information, gather},
@@ -267,7 +268,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
-            self.evidence.hidden_iron = self.hidden_iron();
+            let widths = self.prior.sigma.get(HARD_IRON.columns()).unwrap_or_default();
+            let told = reading::told_by_reference(&self.node, (&self.settings, self.field_unit), widths);
+            self.evidence.unturned = Unturned::new(self.unturned(), told);
             self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;
         }

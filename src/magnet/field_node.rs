@@ -31,6 +31,8 @@ pub(super) struct FieldNode {
     pub angle_rad: f32,
     /// Angle that may have been turned while no rate was read, radians.
     pub unseen_rad: f32,
+    /// Time without a rate, seconds.
+    pub unseen_s: f32,
     /// Length of the node, seconds.
     pub time_s: f32,
     /// Number of increments with a field.
@@ -48,9 +50,15 @@ impl FieldNode {
             turn: [[0.0; GYRO]; 3],
             angle_rad: 0.0,
             unseen_rad: 0.0,
+            unseen_s: 0.0,
             time_s: 0.0,
             fields: 0,
         }
+    }
+
+    /// Returns true if the gyro was silent for more than half of the node: what turned with the body cannot be told.
+    pub fn is_unseen(&self) -> bool {
+        self.unseen_s > 0.5 * self.time_s
     }
 }
 
@@ -117,7 +125,10 @@ impl FieldNodes {
                     }
                 }
             }
-            None => sum.unseen_rad += (speed + UNSEEN_RATE_RAD_S) * interval_s,
+            None => {
+                sum.unseen_rad += (speed + UNSEEN_RATE_RAD_S) * interval_s;
+                sum.unseen_s += interval_s;
+            }
         }
         if let Some(field) = increment.field {
             sum.field_ut += rotation * field;

@@ -172,6 +172,11 @@ impl HardIronWatch {
         let WatchSettings { grid, period_us, .. } = self.settings;
         self.accumulator.start(t_us, grid, period_us);
         self.rests.start(period_us);
+        self.lose_frame();
+    }
+
+    /// The gyro's frame is lost: nothing can be told of a change that is under examination.
+    fn lose_frame(&mut self) {
         self.nodes.interrupt();
         if self.state == State::Undecided {
             self.conclude(Verdict::Untold);
@@ -226,6 +231,12 @@ impl HardIronWatch {
         }
     }
 
+    /// Variances on each axis of the offset that is subtracted now, microtesla^2; 0 if none is.
+    pub fn offset_variances_ut2(&self) -> Vector3<f32> {
+        let subtracted = self.offsets.kept.lasting().filter(|interval| interval.corrected);
+        subtracted.map_or(Vector3::zeros(), |interval| Vector3::from(interval.sigma_ut).map(|sigma| sigma * sigma))
+    }
+
     pub const fn counts(&self) -> HardIronCounts {
         self.offsets.kept.counts
     }
@@ -246,6 +257,10 @@ impl HardIronWatch {
     }
 
     fn update(&mut self, t_us: u64, node: &FieldNode) {
+        if node.is_unseen() {
+            self.lose_frame();
+            return;
+        }
         self.noise.turn(node);
         self.turned_rad = at_most(self.turned_rad + node.angle_rad, TOLD_RAD);
         if self.state == State::Waiting {

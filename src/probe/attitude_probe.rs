@@ -138,7 +138,7 @@ impl AttitudeProbe {
     /// [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        self.pipeline.survey_input(sample, output)
+        self.pipeline.survey_input(&[], sample, output)
     }
 }
 

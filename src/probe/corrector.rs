@@ -82,6 +82,24 @@ impl Corrector {
         snapshot
     }
 
+    /// Variances on each axis of what the effects take out of force and field at the last sample, whose corrected
+    /// readings are given, rad/s, m/s^2 and microtesla.
+    pub fn vector_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
+        if self.effects.is_empty() {
+            return [Vector3::zeros(); 2];
+        }
+        let [rate_rad_s, force_m_s2, field_ut] = readings;
+        let snapshot = Snapshot {
+            rate_rad_s,
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut,
+            warming_k: self.last_warming_k,
+        };
+        self.effects.vector_variances(library, &snapshot)
+    }
+
     /// Gyro model with the bias that the effects add to it at the present force and temperature while the
     /// probe stands still.
     pub fn model_here(&self, flown: &GyroModel, library: &[&dyn Effect]) -> GyroModel {

@@ -1,19 +1,12 @@
 //! Path of a sample from its readings to the attitude, with a gyro model that the caller supplies.
 
-use super::{
-    Output,
-    corrector::Corrector,
-    latency::at_gyro_time,
-    reading_checks::ReadingChecks,
-    survey::{Calibrated, input_of},
-};
+use super::{corrector::Corrector, latency::at_gyro_time, reading_checks::ReadingChecks, survey::Calibrated};
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{Effect, GyroModel},
     config::Config,
     magnet::{FieldUse, HardIronWatch},
     sample::{Reading, Sample, SampleFlags, Sensor},
-    survey::SurveyInput,
 };
 use nalgebra::Vector3;
 
@@ -25,7 +18,7 @@ pub(super) struct Pipeline {
     pub checks: ReadingChecks,
     pub corrector: Corrector,
     /// Readings of the last sample, for surveys.
-    calibrated: Calibrated,
+    pub calibrated: Calibrated,
     pub filter: AttitudeFilter,
     pub watch: HardIronWatch,
 }
@@ -130,11 +123,6 @@ impl Pipeline {
         let readings = [gyro, accel, mag];
         self.calibrated = Calibrated::of(sample, readings, &corrected);
         Stepped { readings, rate_rad_s: rate, flags }
-    }
-
-    /// Survey's input of the last sample, which gave `output`.
-    pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        input_of(&self.calibrated, &self.filter.residual_bias_rad_s(), sample, output)
     }
 
     /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is

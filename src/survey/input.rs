@@ -17,6 +17,11 @@ pub struct SurveyInput {
     pub force_m_s2: Option<[f32; 3]>,
     /// Calibrated field, microtesla.
     pub field_ut: Option<[f32; 3]>,
+    /// Standard deviation on each axis of what was taken out of the force for found effects, m/s^2; 0 if nothing was.
+    pub force_correction_sigma_m_s2: [f32; 3],
+    /// Standard deviation on each axis of what was taken out of the field for found effects and magnets, microtesla; 0
+    /// if nothing was.
+    pub field_correction_sigma_ut: [f32; 3],
     /// Raw accelerometer reading, m/s^2, for the six-axis record.
     pub raw_accel_m_s2: [f32; 3],
     /// Raw magnetometer reading, microtesla, for the six-axis record.
@@ -30,15 +35,18 @@ pub struct SurveyInput {
 }
 
 impl SurveyInput {
-    /// Returns the input with every vector that is not finite, or beyond any sensor, set missing.
+    /// Returns the input with every vector set missing that is not finite or beyond any sensor, or whose correction's
+    /// sigma is.
     pub(super) fn sanitised(&self) -> Self {
         // A NaN is not below the limit either.
         let sound = |v: &[f32; 3], limit: f32| v.iter().all(|x| libm::fabsf(*x) < limit);
+        let both =
+            |v: Option<[f32; 3]>, sigma: &[f32; 3], limit: f32| v.filter(|v| sound(v, limit) && sound(sigma, limit));
         let raw = |v: [f32; 3], limit: f32| if sound(&v, limit) { v } else { [0.0; 3] };
         Self {
             rate_rad_s: self.rate_rad_s.filter(|v| sound(v, BEYOND_ANY_GYRO_RAD_S)),
-            force_m_s2: self.force_m_s2.filter(|v| sound(v, BEYOND_ANY_ACCEL_M_S2)),
-            field_ut: self.field_ut.filter(|v| sound(v, BEYOND_ANY_MAG_UT)),
+            force_m_s2: both(self.force_m_s2, &self.force_correction_sigma_m_s2, BEYOND_ANY_ACCEL_M_S2),
+            field_ut: both(self.field_ut, &self.field_correction_sigma_ut, BEYOND_ANY_MAG_UT),
             raw_accel_m_s2: raw(self.raw_accel_m_s2, BEYOND_ANY_ACCEL_M_S2),
             raw_mag_ut: raw(self.raw_mag_ut, BEYOND_ANY_MAG_UT),
             temperature_c: self.temperature_c.filter(|x| x.is_finite()),

@@ -10,7 +10,7 @@ use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
     means::{BlockMean, MeanOfBlocks},
     record::ToolfaceSwitch,
-    sensor_errors::turned_covariance,
+    sensor_errors::{CorrectionVariances, turned_covariance},
     six_axis::SixAxisCovariance,
     turn::Turn,
 };
@@ -44,6 +44,7 @@ pub(crate) struct RotatingSurvey {
     force: MeanOfBlocks,
     field: MeanOfBlocks,
     field_whole: bool,
+    corrections: CorrectionVariances,
     warmth: BlockMean,
 }
 
@@ -75,6 +76,7 @@ impl RotatingSurvey {
             force: MeanOfBlocks::new(),
             field: MeanOfBlocks::new(),
             field_whole: true,
+            corrections: CorrectionVariances::NONE,
             warmth: BlockMean::new(),
         }
     }
@@ -148,6 +150,7 @@ impl RotatingSurvey {
         if let Some(temperature) = input.temperature_c {
             self.warmth.add(&Vector3::new(temperature, 0.0, 0.0));
         }
+        self.corrections.include(input);
         self.samples = self.samples.saturating_add(1);
         let Some(last) = self.last.replace(now) else {
             self.begin_turn(now, 0.0);
@@ -202,11 +205,15 @@ impl RotatingSurvey {
         let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * errors.mag_timing_s);
         let interference = errors.axial_interference_ut;
         let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
+        let [of_force, of_field] = self.corrections.turned();
         let covariance = SixAxisCovariance {
-            gravity: turned_covariance(&force, errors.accel_bias_m_s2, errors.accel_scale) + self.force.covariance(),
+            gravity: turned_covariance(&force, errors.accel_bias_m_s2, errors.accel_scale)
+                + of_force
+                + self.force.covariance(),
             field: turned_covariance(&field, errors.mag_bias_ut, errors.mag_scale)
                 + late * late.transpose()
                 + axial
+                + of_field
                 + self.field.covariance(),
         };
         let averages = SixAxisAverages {

@@ -1,7 +1,43 @@
-//! Error model's covariance of a vector sensor's mean.
+//! Covariance of a vector sensor's mean: that of the error model, and that of what was taken out of the readings.
 
+use super::SurveyInput;
 use crate::config::SurveyErrors;
 use nalgebra::{Matrix3, Vector3};
+
+/// Variances on each axis of what was taken out of force and field for effects and magnets, the largest over the
+/// samples of a mean: one correction serves them all, and its error does not average out.
+#[derive(Clone, Copy)]
+pub(crate) struct CorrectionVariances {
+    force: Vector3<f32>,
+    field: Vector3<f32>,
+}
+
+impl CorrectionVariances {
+    /// Nothing was taken out.
+    pub(crate) const NONE: Self = Self { force: Vector3::new(0.0, 0.0, 0.0), field: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// Takes a sample of the mean into account.
+    pub(crate) fn include(&mut self, input: &SurveyInput) {
+        let larger = |largest: &mut Vector3<f32>, sigma: &[f32; 3]| {
+            for (largest, sigma) in largest.iter_mut().zip(sigma) {
+                let variance = sigma * sigma;
+                *largest = if variance > *largest { variance } else { *largest };
+            }
+        };
+        larger(&mut self.force, &input.force_correction_sigma_m_s2);
+        larger(&mut self.field, &input.field_correction_sigma_ut);
+    }
+
+    /// Covariances of force and field on tool axes.
+    pub(crate) fn on_axes(&self) -> [Matrix3<f32>; 2] {
+        [self.force, self.field].map(|variances| Matrix3::from_diagonal(&variances))
+    }
+
+    /// Covariances of force and field over whole turns about z: across the axis a constant cancels.
+    pub(crate) fn turned(&self) -> [Matrix3<f32>; 2] {
+        [self.force, self.field].map(|variances| Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, variances.z)))
+    }
+}
 
 /// Covariance of calibrated gravity, tool axes, (m/s^2)^2: independent bias and scale factor on each axis.
 pub(crate) fn gravity_covariance(gravity_m_s2: &Vector3<f32>, errors: &SurveyErrors) -> Matrix3<f32> {

@@ -4,7 +4,7 @@ use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
     means::{BlockMean, MeanOfBlocks},
     record::ToolfaceSwitch,
-    sensor_errors,
+    sensor_errors::{self, CorrectionVariances},
     six_axis::SixAxisCovariance,
 };
 use crate::{
@@ -65,6 +65,7 @@ pub(crate) struct StationarySurvey {
     block: Sums<BlockMean>,
     means: Sums<MeanOfBlocks>,
     field_whole: bool,
+    corrections: CorrectionVariances,
     /// Field that later readings are compared with, and its time, microseconds; a second old at most.
     field_before: Option<(u64, Vector3<f32>)>,
     /// Time at which the field turned last, microseconds.
@@ -84,6 +85,7 @@ impl StationarySurvey {
             block: Sums { force: block, field: block, raw_accel: block, raw_mag: block, rate: block },
             means: Sums { force: mean, field: mean, raw_accel: mean, raw_mag: mean, rate: mean },
             field_whole: true,
+            corrections: CorrectionVariances::NONE,
             field_before: None,
             field_turned_us: None,
         }
@@ -186,6 +188,7 @@ impl StationarySurvey {
     }
 
     fn add(&mut self, input: &SurveyInput, force: &Vector3<f32>, rate: &Vector3<f32>) {
+        self.corrections.include(input);
         let block = &mut self.block;
         block.force.add(force);
         block.rate.add(rate);
@@ -239,9 +242,10 @@ impl StationarySurvey {
     ) -> Option<SurveyReport> {
         let means = &self.means;
         let (force, field) = (means.force.mean(), means.field.mean());
+        let [of_force, of_field] = self.corrections.on_axes();
         let covariance = SixAxisCovariance {
-            gravity: sensor_errors::gravity_covariance(&force, &config.errors) + means.force.covariance(),
-            field: sensor_errors::field_covariance(&field, &config.errors) + means.field.covariance(),
+            gravity: sensor_errors::gravity_covariance(&force, &config.errors) + of_force + means.force.covariance(),
+            field: sensor_errors::field_covariance(&field, &config.errors) + of_field + means.field.covariance(),
         };
         let averages = SixAxisAverages {
             samples: self.samples,

@@ -53,7 +53,7 @@ const CALM: f64 = 0.25;
 /// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second
 /// of the interlock, and a second for the answer.
 const EVIDENCE_S: f64 = 2.0;
-/// Time in which attitude has to be back after a start with sound sensors, microseconds.
+/// Time in which attitude has to be back after a start with sound sensors and without overload, microseconds.
 const BACK_US: u64 = 3_000_000;
 /// Bytes of this machine's stack that the program may take. Its frames are wider here than on the chip, whose limit is
 /// 12 KiB (`tests/real_time` holds it there).
@@ -212,7 +212,7 @@ fn power_up(
     let acquisition = machine.acquisition();
     let (samples, lost) = (acquisition.acquired(), acquisition.queue_full());
     let hangs = machine.hangs();
-    let sound = machine.unsound_us.is_none() && !machine.line_stood_still();
+    let sound = machine.unsound_us.is_none() && !machine.line_stood_still() && !machine.was_ever_overloaded();
     let ran_us = chip.now_us.get() - chip.started_us.get();
     let tally = &mut day.tally;
     tally.now_us = chip.now_us.get();

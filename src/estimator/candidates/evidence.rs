@@ -17,16 +17,11 @@ use super::{
     rules::Rules,
     size,
     steadiness::Steadiness,
+    unturned::{Alone, Unturned},
 };
 use crate::{
     compensation::effect::MAX_PARAMETERS,
-    estimator::{
-        columns::{HARD_IRON, NUISANCES},
-        globals::Globals,
-        real::Real,
-        rows::WIDTH,
-        update::SCRATCH,
-    },
+    estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH},
 };
 use core::ops::Range;
 use heapless::Vec;
@@ -86,8 +81,7 @@ pub(in crate::estimator) struct Evidence<T> {
     dispersion: f32,
     /// Evidence that a new claim about a vector sensor needs beyond the least, log units.
     against_unnamed: f32,
-    /// Axes of the body along which a constant field cannot be told from the earth's.
-    pub hidden_iron: [bool; 3],
+    pub unturned: Unturned,
     /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     entered: Entered,
@@ -127,7 +121,7 @@ impl<T: Real> Evidence<T> {
             steadiness: Steadiness::zero(),
             dispersion: 0.0,
             against_unnamed: 0.0,
-            hidden_iron: [false; 3],
+            unturned: Unturned::NONE,
             is_unnamed: false,
             entered: Entered::zero(),
             entering: 0..0,
@@ -256,15 +250,13 @@ impl<T: Real> Evidence<T> {
             let fresh = self.entered.others(columns);
             let is_out =
                 self.dropped >> claim & 1 == 1 || self.chosen.iter().any(|chosen| usize::from(chosen.claim) == claim);
-            let factor = if competes && !is_out && !fresh.is_empty() {
-                let beside = Beside::new(matrix, &fresh, done);
-                beside.and_then(|beside| beside.evidence(candidates.sign(claim)))
-            } else {
-                None
-            };
-            let factor = factor.map(|factor| {
-                factor / self.dispersion_of(claim, candidates) - candidates.chances(claim)
-                    + self.credit(claim, candidates)
+            let is_weighed = competes && !is_out && !fresh.is_empty();
+            let beside = if is_weighed { Beside::new(matrix, &fresh, done) } else { None };
+            let factor = beside.and_then(|beside| {
+                let factor = beside.evidence(candidates.sign(claim))?;
+                let own = self.dispersion_of(claim, candidates);
+                let alone = self.unturned.beside(matrix, &fresh, done, own);
+                Some(Alone::of_whole(alone, factor, own) - candidates.chances(claim) + self.credit(claim, candidates))
             });
             let Some(tried) = self.tried.get_mut(claim) else { break };
             *tried = factor.unwrap_or(0.0);
@@ -329,8 +321,8 @@ impl<T: Real> Evidence<T> {
         if self.dispersion > own { self.dispersion } else { own }
     }
 
-    /// Next hard-iron column along an axis that has not turned: a constant field there is part of the earth's, so the
-    /// column is eliminated before any claim, unless it was claimed before, when the axis had turned.
+    /// Next hard-iron column along an axis that has not turned, without a declared field: the column is eliminated
+    /// before any claim, unless it was claimed before, when the axis had turned.
     fn next_hidden<const E: usize>(&self, candidates: &Candidates<T, E>) -> Option<usize> {
         let is_claimed = |column: usize| {
             let is_known = |claim: usize| {
@@ -339,8 +331,10 @@ impl<T: Real> Evidence<T> {
             (0..candidates.named_claims())
                 .any(|claim| is_known(claim) && candidates.columns_of(claim).contains(&column))
         };
-        let hidden = HARD_IRON.columns().zip(self.hidden_iron).filter(|(_, is_hidden)| *is_hidden);
-        hidden.map(|(column, _)| column).find(|column| !self.entered.has(*column) && !is_claimed(*column))
+        if self.unturned.is_told() {
+            return None;
+        }
+        self.unturned.columns().find(|column| !self.entered.has(*column) && !is_claimed(*column))
     }
 
     /// Credit, log units: positive for an effect that was found in an earlier session or is taken out now, negative for
@@ -391,11 +385,13 @@ impl<T: Real> Evidence<T> {
         let columns = candidates.columns_of(claim);
         let n = at_most(columns.len(), MAX_PARAMETERS);
         let posterior = self.entered.posterior(matrix, columns.clone());
-        let dispersion = self.dispersion_of(claim, candidates);
-        let Posterior { mean, covariance } = size::averaged(&posterior, n, T::of(dispersion));
+        let own = self.dispersion_of(claim, candidates);
+        let alone = self.unturned.among(&posterior, &columns, own);
+        let dispersions = self.unturned.dispersions(&columns, alone, own);
+        let Posterior { mean, covariance } = size::averaged(&posterior, n, &dispersions);
         let mut one = candidates.claim(claim, &mean, &covariance, units);
         let factor = savage_dickey(&posterior.mean, &posterior.covariance, n).narrow();
-        one.evidence = factor / dispersion - candidates.chances(claim);
+        one.evidence = Alone::of_whole(alone, factor, own) - candidates.chances(claim);
         let counts = one.evidence + self.credit(claim, candidates);
         if self.weakest.is_none_or(|(_, least)| counts < least) {
             self.weakest = Some((chosen.claim, counts));

@@ -142,6 +142,11 @@ impl<T: Real> Beside<T> {
         is_possible.then(|| evidence.narrow())
     }
 
+    /// Variance of parameter `k`.
+    pub fn variance(&self, k: usize) -> f32 {
+        self.factor.inverse_diagonal(k).narrow()
+    }
+
     /// Mean and variance of each parameter.
     pub fn estimate(&self) -> impl Iterator<Item = (f32, f32)> {
         let mut mean = self.solved;

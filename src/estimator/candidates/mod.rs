@@ -16,6 +16,7 @@ mod shocks;
 mod size;
 mod steadiness;
 mod terms;
+mod unturned;
 
 use super::{
     columns::{GLOBALS, NODE},
@@ -26,6 +27,7 @@ pub use claims::Claim;
 pub(super) use claims::Units;
 pub use rules::Rules;
 use shocks::Shocks;
+pub(super) use unturned::Unturned;
 
 /// Capacity in columns: the library's effects, with three bias steps.
 pub const EFFECTS: usize = 44;

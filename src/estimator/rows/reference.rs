@@ -15,17 +15,22 @@ pub(in crate::estimator) struct Declared<T> {
     pub dip_sine: [T; 2],
 }
 
-/// Writes the rows that the node's field has the declared norm and the declared dip.
-pub(in crate::estimator) fn reference<T: Real>(mut block: Block<T>, field: &V3<T>, declared: &Declared<T>) {
+/// Slopes by the field, earth frame, of norm and dip over their deviations.
+pub(in crate::estimator) fn slopes<T: Real>(field: &V3<T>, declared: &Declared<T>) -> [V3<T>; 2] {
     let length = norm(field);
     let along = field / length;
     let down = (along * along.z - V3::z()) / length;
-    let [of_norm, of_dip] = [declared.norm[1], declared.dip_sine[1]].map(|deviation| T::ONE / deviation);
+    [along / declared.norm[1], down / declared.dip_sine[1]]
+}
+
+/// Writes the rows that the node's field has the declared norm and the declared dip.
+pub(in crate::estimator) fn reference<T: Real>(mut block: Block<T>, field: &V3<T>, declared: &Declared<T>) {
+    let length = norm(field);
+    let [of_norm, of_dip] = slopes(field, declared);
     let zero = V3::new(T::ZERO, T::ZERO, T::ZERO);
-    let rows = [along * of_norm, down * of_dip, zero].map(|row| row.transpose());
-    block.states(OLD + FIELD, &nalgebra::Matrix3::from_rows(&rows));
-    let norm = (length - declared.norm[0]) * of_norm;
-    let dip = (-along.z - declared.dip_sine[0]) * of_dip;
+    block.states(OLD + FIELD, &nalgebra::Matrix3::from_rows(&[of_norm, of_dip, zero].map(|row| row.transpose())));
+    let norm = (length - declared.norm[0]) / declared.norm[1];
+    let dip = (dip_sine(field) - declared.dip_sine[0]) / declared.dip_sine[1];
     block.constant(&V3::new(norm, dip, T::ZERO));
 }
 

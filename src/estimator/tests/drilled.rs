@@ -3,15 +3,15 @@
 extern crate std;
 
 use super::{
-    super::{Estimator, Settings, columns, columns::GLOBALS},
+    super::{Claim, Estimator, Settings, columns, columns::GLOBALS},
     motion::{drill_string, swinging_string},
 };
 use crate::{
     compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
-    config::Config,
+    config::{Config, Earth},
     sample::Reading,
 };
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, Vector3};
 use std::{boxed::Box, vec::Vec};
 
 /// An estimator in a drill string.
@@ -105,10 +105,10 @@ fn what_no_motion_shows_of_a_stored_p_is_as_uncertain_as_it_was_when_it_was_stor
     }
 }
 
-/// Names of the effects that are claimed in a run without a declared field, after every half a minute.
-fn claimed(samples: &[(u64, [Reading; 3])]) -> Vec<&'static str> {
+/// Names of the effects that are claimed in a run, after every half a minute, and the estimator at its end.
+fn claimed_at(earth: Earth, samples: &[(u64, [Reading; 3])]) -> (Vec<&'static str>, Box<Estimator<f32>>) {
     let mut estimator = Box::new(Estimator::<f32>::zero());
-    let config = Config { sample_period_us: 10_000, ..Config::default() };
+    let config = Config { sample_period_us: 10_000, earth, ..Config::default() };
     estimator.configure(&Settings::new(&config), &LIBRARY);
     let mut names = Vec::new();
     for chunk in samples.chunks(3_000) {
@@ -116,9 +116,18 @@ fn claimed(samples: &[(u64, [Reading; 3])]) -> Vec<&'static str> {
             estimator.push(*t_us, [*rate, *force, *field], None);
             while estimator.step() > 0 {}
         }
-        names.extend(estimator.claims().iter().map(|claim| LIBRARY[usize::from(claim.effect)].name()));
+        names.extend(estimator.claims().iter().map(name_of));
     }
-    names
+    (names, estimator)
+}
+
+fn name_of(claim: &Claim) -> &'static str {
+    LIBRARY[usize::from(claim.effect)].name()
+}
+
+/// The names without a declared field.
+fn claimed(samples: &[(u64, [Reading; 3])]) -> Vec<&'static str> {
+    claimed_at(Earth::default(), samples).0
 }
 
 #[test]
@@ -135,5 +144,43 @@ fn a_field_along_an_axis_that_swings_is_named() {
     for seed in 0..4 {
         let names = claimed(&swinging_string(seed, 120.0, 0.15, 8.0));
         assert!(names.contains(&"axial_interference"), "seed {seed}: {names:?}");
+    }
+}
+
+/// What tells a constant field along an axis that does not turn from the earth's is the declared field alone: its
+/// deviation is that of the declared norm and dip along the axis, however long the run.
+#[test]
+fn a_field_along_an_axis_that_always_points_one_way_is_as_certain_as_the_declared_field_makes_it() {
+    let (norm_ut, dip_rad) = (libm::hypot(20.0, 44.0), libm::atan2(44.0, 20.0));
+    let declared = Earth { magnetic_field_ut: Some(norm_ut as f32), dip_rad: Some(dip_rad as f32), ..Earth::default() };
+    let errors = Config::default().survey.errors;
+    for seed in 0..40 {
+        let (names, _) = claimed_at(declared, &swinging_string(seed, 240.0, 0.0, 0.0));
+        assert!(!names.contains(&"axial_interference"), "seed {seed}: {names:?}");
+    }
+    for seed in 0..8 {
+        let (names, estimator) = claimed_at(declared, &swinging_string(seed, 300.0, 0.0, 8.0));
+        let axis: Vector3<f64> = estimator.node.attitude.column(2).into_owned().cast();
+        let field: Vector3<f64> = estimator.node.field.cast().normalize();
+        // The reading's own scale is an error of the norm.
+        let scale = f64::from(estimator.settings.sigma[columns::MAG_MATRIX.from]) * norm_ut;
+        let of_norm = libm::hypot(f64::from(errors.total_field_ut), scale);
+        let level = (Vector3::z() - field * field.z).normalize();
+        let of_dip = f64::from(errors.dip_rad) * norm_ut;
+        let told = (axis.dot(&field) / of_norm).powi(2) + (axis.dot(&level) / of_dip).powi(2);
+        // It may be named as the axial part of a hard iron: the two are rivals.
+        let axial_part = |claim: &Claim| match name_of(claim) {
+            "axial_interference" => Some(0),
+            "hard_iron" => Some(2),
+            _ => None,
+        };
+        let mut claims = estimator.claims().iter();
+        let found = claims.find_map(|claim| axial_part(claim).map(|k| [claim.parameters[k], claim.sigma[k]]));
+        let least_ut = 1.0 / told.sqrt();
+        let Some(found) = found else { panic!("seed {seed}: not found, within {least_ut}: {names:?}") };
+        let [value, sigma] = found.map(f64::from);
+        // The prior adds a little.
+        assert!(sigma > 0.8 * least_ut, "seed {seed}: {sigma} {least_ut}");
+        assert!((value - 8.0).abs() < 3.0 * sigma, "seed {seed}: {value} {sigma}");
     }
 }

@@ -21,6 +21,12 @@ struct Run {
     /// Change of the earth field, added to [`FIELD_UT`].
     disturbance_ut: fn(f64) -> Vector3<f64>,
     freeze_us: Option<u64>,
+    /// False while the gyro gives no reading.
+    gyro_reads: fn(f64) -> bool,
+    /// Error of the gyro's reading about z, rad/s.
+    gyro_error_rad_s: fn(f64) -> f64,
+    /// Times between which the body stands still, seconds.
+    pause_s: [f64; 2],
 }
 
 fn nothing(_: f64) -> Vector3<f64> {
@@ -39,6 +45,9 @@ const QUIET: Run = Run {
     iron_ut: nothing,
     disturbance_ut: nothing,
     freeze_us: None,
+    gyro_reads: |_| true,
+    gyro_error_rad_s: |_| 0.0,
+    pause_s: [0.0; 2],
 };
 
 impl Run {
@@ -51,7 +60,8 @@ impl Run {
         let rate_at = |t: f64| {
             let s = |hz: f64, phase: f64| (core::f64::consts::TAU * hz * t + phase).sin();
             let tumbling = Vector3::new(1.2 * s(0.21, 0.3) + 0.3, s(0.17, 1.7) - 0.2, 1.5 * s(0.13, 2.9) + 0.4);
-            if t < self.rest_s { Vector3::zeros() } else { tumbling }
+            let [from_s, to_s] = self.pause_s;
+            if t < self.rest_s || (from_s..to_s).contains(&t) { Vector3::zeros() } else { tumbling }
         };
         let (mut attitude, mut uses) = (UnitQuaternion::<f64>::identity(), Vec::new());
         let dt = f64::from(PERIOD_US) * 1e-6;
@@ -60,11 +70,11 @@ impl Run {
             let earlier = attitude * UnitQuaternion::from_scaled_axis(-rate_at(t) * self.lag_s);
             let earths = FIELD_UT + (self.disturbance_ut)(t);
             let field = earlier.inverse_transform_vector(&earths) + (self.iron_ut)(t);
-            let raw = rate_at(t) * self.gain;
-            watch.push(
-                k * u64::from(PERIOD_US),
-                [Reading::Usable(raw.cast()), Reading::Missing, Reading::Usable(field.cast())],
-            );
+            let raw = rate_at(t) * self.gain + Vector3::z() * (self.gyro_error_rad_s)(t);
+            let rate = if (self.gyro_reads)(t) { Reading::Usable(raw.cast()) } else { Reading::Missing };
+            let force = attitude.inverse_transform_vector(&Vector3::new(0.0, 0.0, -9.8));
+            let [force, field] = [force, field].map(|v| Reading::Usable(v.cast()));
+            watch.push(k * u64::from(PERIOD_US), [rate, force, field]);
             uses.push(watch.field_use());
             attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.5 * dt) * dt);
         }
@@ -164,4 +174,29 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
     }
     assert_eq!(watch.field_use(), FieldUse::Less(Vector3::zeros()));
     assert_eq!(watch.counts().intervals, 0);
+}
+
+#[test]
+fn a_gyro_that_reads_a_turn_at_rest_brings_no_magnet() {
+    for begin_s in [20.0, 20.5, 21.3, 22.0] {
+        let wrong = |t: f64| if (22.0..25.0).contains(&t) { 0.3 } else { 0.0 };
+        let run = Run { gyro_error_rad_s: wrong, pause_s: [begin_s, 28.0], ..QUIET };
+        let (watch, uses) = run.watched();
+        assert_eq!(watch.counts().intervals, 0, "{begin_s}: {:?}", watch.intervals().collect::<Vec<_>>());
+        assert_eq!(*uses.last().unwrap(), FieldUse::Less(Vector3::zeros()));
+    }
+}
+
+/// The start falls into a turn that the gyro misses, and what it reads first is wrong.
+#[test]
+fn a_turn_that_the_gyro_has_not_seen_brings_no_magnet() {
+    let silences: [fn(f64) -> bool; 3] = [|t| t > 0.5, |t| t > 1.1, |t| t > 2.0];
+    let errors: [fn(f64) -> f64; 2] = [|_| 0.0, |t| if t < 3.0 { 0.3 } else { 0.0 }];
+    for (silence, gyro_reads) in silences.into_iter().enumerate() {
+        for gyro_error_rad_s in errors {
+            let run = Run { gyro_reads, gyro_error_rad_s, rest_s: 0.0, pause_s: [1.1, 8.0], ..QUIET };
+            let (watch, _) = run.watched();
+            assert_eq!(watch.counts().intervals, 0, "silence {silence}");
+        }
+    }
 }

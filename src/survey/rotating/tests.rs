@@ -162,6 +162,25 @@ fn the_stated_azimuth_sigma_has_the_delay_of_the_magnetometer_in_it() {
     assert!((stated / turned - 1.0).abs() < 0.05, "{stated} {turned}");
 }
 
+/// Across the axis a constant error cancels over whole turns; along it, it stays.
+#[test]
+fn of_a_correction_only_the_uncertainty_along_the_axis_stays() {
+    let rig = Rig::still(1.0, 1.2, 6.0);
+    let sigma = |config: &SurveyConfig, of_field: [f32; 3]| {
+        let report = rig.first(config, |_, input| input.field_correction_sigma_ut = of_field);
+        report.unwrap().survey.magnetic_azimuth_rad.unwrap().sigma
+    };
+    let config = SurveyConfig::default();
+    let mut stated = config;
+    stated.errors.axial_interference_ut = libm::hypotf(config.errors.axial_interference_ut, 0.7);
+    assert_eq!(sigma(&config, [0.7, 0.7, 0.0]), sigma(&config, [0.0; 3]));
+    let (corrected, stated) = (sigma(&config, [0.0, 0.0, 0.7]), sigma(&stated, [0.0; 3]));
+    assert!(
+        (corrected / stated - 1.0).abs() < 1e-4 && corrected > 1.2 * sigma(&config, [0.0; 3]),
+        "{corrected} {stated}"
+    );
+}
+
 #[test]
 fn sliding_is_not_rotating() {
     let rig = Rig::still(1.0, 1.2, 0.2);

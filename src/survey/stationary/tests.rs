@@ -3,7 +3,7 @@
 extern crate std;
 
 use super::*;
-use crate::survey::{Grade, Uncertain};
+use crate::survey::{Grade, Survey, Uncertain};
 use std::vec::Vec;
 
 const STEP_US: u64 = 10_000;
@@ -151,5 +151,34 @@ fn a_field_that_turns_is_motion_whatever_a_dead_gyro_axis_reads() {
         assert_eq!(times, 0, "{rpm} rpm");
         rig.feed(5.0, |_| {});
         assert!(rig.survey.stands_still(rig.t_us), "after {rpm} rpm");
+    }
+}
+
+/// What was taken out along the axis may be wrong as the drill string's field of the error model may, and a force's
+/// correction as a bias may: the same sigmas, from another source.
+#[test]
+fn the_uncertainty_of_a_correction_counts_as_an_error_of_the_reading_does() {
+    let taken = |rig: &mut Rig, change: &dyn Fn(&mut SurveyInput)| {
+        let found = rig.feed(30.0, change);
+        found.first().expect("a survey").survey
+    };
+    let alone = taken(&mut Rig::new(), &|_| {});
+    let mut stated = Rig::new();
+    stated.config.errors.axial_interference_ut = libm::hypotf(stated.config.errors.axial_interference_ut, 0.7);
+    stated.config.errors.accel_bias_m_s2 = libm::hypotf(stated.config.errors.accel_bias_m_s2, 0.03);
+    let stated = taken(&mut stated, &|_| {});
+    // The largest of an average counts: here it is that of its middle.
+    let corrected = taken(&mut Rig::new(), &|input| {
+        let sigma = if (14_000_000..18_000_000).contains(&input.t_us) { 1.0 } else { 0.2 };
+        (input.field_correction_sigma_ut, input.force_correction_sigma_m_s2) =
+            ([0.0, 0.0, 0.7 * sigma], [0.03 * sigma; 3]);
+    });
+    let sigmas = |survey: &Survey| {
+        [Some(survey.inclination_rad), survey.magnetic_azimuth_rad, survey.gravity_m_s2, survey.dip_rad]
+            .map(|angle| angle.map(|angle: Uncertain| angle.sigma).expect("measured"))
+    };
+    for ((corrected, stated), alone) in sigmas(&corrected).into_iter().zip(sigmas(&stated)).zip(sigmas(&alone)) {
+        assert!((corrected / stated - 1.0).abs() < 1e-3, "{corrected} {stated}");
+        assert!(corrected > 1.02 * alone, "{corrected} {alone}");
     }
 }
