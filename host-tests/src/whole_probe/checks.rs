@@ -150,8 +150,11 @@ pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, b
     });
     machine.day.tally.models += u64::from(stored.saturating_sub(before.stored));
     before.stored = stored;
-    if !machine.day.flown.contains(&flown) {
-        machine.day.flown.push(flown);
+    if before.flown != Some(flown) {
+        before.flown = Some(flown);
+        if !machine.day.flown.contains(&flown) {
+            machine.day.flown.push(flown);
+        }
     }
     let erased: Vec<u64> = machine.chip.erased_us.borrow().iter().skip(before.erased).copied().collect();
     before.erased += erased.len();
@@ -166,6 +169,8 @@ pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, b
 /// What was there before a round.
 #[derive(Default)]
 pub struct Round {
+    /// P that flew.
+    pub flown: Option<[[f32; 3]; 3]>,
     pub stored: u32,
     /// Erasures since the start, those before the first sample among them.
     pub erased: usize,
