@@ -93,8 +93,8 @@ pub(in crate::estimator) struct Evidence<T> {
     /// Log Bayes factors when the last claim was chosen.
     pub tried: [f32; MAX_CLAIMS],
     pub claims: Vec<Claim, MAX_CLAIMED>,
-    /// The likeliest of the claims that were weighed last, and its log Bayes factor.
-    best: Option<(u8, f32)>,
+    /// The likeliest of the claims that were weighed last.
+    best: Option<Best>,
     /// The claim with the least evidence, and that evidence with its credit.
     weakest: Option<(u8, f32)>,
     /// Columns that are taken out, their mean and its packed covariance.
@@ -104,6 +104,15 @@ pub(in crate::estimator) struct Evidence<T> {
     /// Squared length of the residual that effects and nuisances can explain: before any is chosen, and beside the
     /// claims.
     pub residual: [T; 2],
+}
+
+/// Claim with its log Bayes factor, as it counts, and as it ranks among the others: by what the data say of it, because
+/// other claims may say the same of a field along an axis that has not turned, and no declared field limits them.
+#[derive(Clone, Copy)]
+struct Best {
+    claim: u8,
+    counts: f32,
+    ranks: f32,
 }
 
 #[derive(Clone, Copy)]
@@ -256,13 +265,14 @@ impl<T: Real> Evidence<T> {
                 let factor = beside.evidence(candidates.sign(claim))?;
                 let own = self.dispersion_of(claim, candidates);
                 let alone = self.unturned.beside(matrix, &fresh, done, own);
-                Some(Alone::of_whole(alone, factor, own) - candidates.chances(claim) + self.credit(claim, candidates))
+                let beside_chance = self.credit(claim, candidates) - candidates.chances(claim);
+                Some([Alone::of_whole(alone, factor, own), factor / own].map(|factor| factor + beside_chance))
             });
             let Some(tried) = self.tried.get_mut(claim) else { break };
-            *tried = factor.unwrap_or(0.0);
-            let Some(factor) = factor else { continue };
-            if factor >= self.rules.least && self.best.is_none_or(|(_, most)| factor > most) {
-                self.best = Some((claim as u8, factor));
+            *tried = factor.map_or(0.0, |[counts, _]| counts);
+            let Some([counts, ranks]) = factor else { continue };
+            if counts >= self.rules.least && self.best.is_none_or(|best| ranks > best.ranks) {
+                self.best = Some(Best { claim: claim as u8, counts, ranks });
             }
         }
         if to < candidates.named_claims() {
@@ -278,7 +288,7 @@ impl<T: Real> Evidence<T> {
             }
         }
         match self.best {
-            Some((claim, most)) if !self.chosen.is_full() => {
+            Some(Best { claim, counts: most, .. }) if !self.chosen.is_full() => {
                 let claim = usize::from(claim);
                 let mut rivals = 0;
                 for (other, tried) in self.tried.iter().enumerate().take(candidates.named_claims()) {

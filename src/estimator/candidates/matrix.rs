@@ -83,6 +83,7 @@ impl<'a, T: Real> Matrix<'a, T> {
 
 /// Density of a posterior at zero against that of its prior, N(0, 1) (Savage and Dickey): x^T C^-1 x / 2 + log det C
 /// / 2.
+#[inline(never)]
 pub(super) fn savage_dickey<T: Real>(
     x: &[T; MAX_PARAMETERS],
     covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
