@@ -1,12 +1,19 @@
 //! Path of a sample from its readings to the attitude, with a gyro model that the caller supplies.
 
-use super::{corrector::Corrector, latency::at_gyro_time, reading_checks::ReadingChecks, survey::Calibrated};
+use super::{
+    Output,
+    corrector::Corrector,
+    latency::at_gyro_time,
+    reading_checks::ReadingChecks,
+    survey::{Calibrated, input_of},
+};
 use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{Effect, GyroModel},
     config::Config,
     magnet::{FieldUse, HardIronWatch},
     sample::{Reading, Sample, SampleFlags, Sensor},
+    survey::SurveyInput,
 };
 use nalgebra::Vector3;
 
@@ -18,7 +25,7 @@ pub(super) struct Pipeline {
     pub checks: ReadingChecks,
     pub corrector: Corrector,
     /// Readings of the last sample, for surveys.
-    pub calibrated: Calibrated,
+    calibrated: Calibrated,
     pub filter: AttitudeFilter,
     pub watch: HardIronWatch,
 }
@@ -123,6 +130,15 @@ impl Pipeline {
         let readings = [gyro, accel, mag];
         self.calibrated = Calibrated::of(sample, readings, &corrected);
         Stepped { readings, rate_rad_s: rate, flags }
+    }
+
+    /// Survey's input of the last sample, which gave `output`.
+    pub fn survey_input(&self, library: &[&dyn Effect], sample: &Sample, output: &Output) -> SurveyInput {
+        let kept = &self.calibrated;
+        let readings = [output.rate_rad_s, kept.force_m_s2, kept.field_ut].map(Vector3::from);
+        let [of_force, of_field] = self.corrector.vector_variances(library, readings);
+        let taken_out = [of_force, of_field + self.watch.offset_variances_ut2()];
+        input_of(kept, &self.filter.residual_bias_rad_s(), taken_out, (sample, output))
     }
 
     /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is

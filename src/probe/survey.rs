@@ -1,8 +1,8 @@
 //! Inputs for a [`Surveyor`](crate::survey::Surveyor).
 
-use super::{Output, Probe, pipeline::Pipeline};
+use super::{Output, Probe};
 use crate::{
-    compensation::{Effect, Snapshot},
+    compensation::Snapshot,
     sample::{Reading, Sample, SampleFlags},
     survey::SurveyInput,
 };
@@ -11,9 +11,9 @@ use nalgebra::Vector3;
 /// Vectors of the last sample that [`Output`] does not carry; kept small, because they stand in static RAM.
 pub(super) struct Calibrated {
     /// Specific force corrected by the effects that were found, m/s^2.
-    force_m_s2: [f32; 3],
+    pub force_m_s2: [f32; 3],
     /// Field corrected by the effects that were found, microtesla.
-    field_ut: [f32; 3],
+    pub field_ut: [f32; 3],
     gyro_usable: bool,
     accel_usable: bool,
     mag_usable: bool,
@@ -54,28 +54,27 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 }
 
-impl Pipeline {
-    /// Survey's input of the last sample, which gave `output`.
-    pub fn survey_input(&self, library: &[&dyn Effect], sample: &Sample, output: &Output) -> SurveyInput {
-        let kept = &self.calibrated;
-        let rate = Vector3::from(output.rate_rad_s);
-        let [of_force, of_field] =
-            self.corrector.vector_variances(library, [rate, kept.force_m_s2.into(), kept.field_ut.into()]);
-        let of_field = of_field + self.watch.offset_variances_ut2();
-        let rate = rate - self.filter.residual_bias_rad_s();
-        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        SurveyInput {
-            t_us: sample.t_us,
-            rate_rad_s: kept.gyro_usable.then(|| rate.into()),
-            force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
-            field_ut: kept.mag_usable.then_some(kept.field_ut),
-            force_correction_sigma_m_s2: of_force.map(libm::sqrtf).into(),
-            field_correction_sigma_ut: of_field.map(libm::sqrtf).into(),
-            raw_accel_m_s2: sample.accel_m_s2,
-            raw_mag_ut: sample.mag_ut,
-            accel_clipped: kept.accel_clipped,
-            temperature_c: warm.then_some(sample.temperature_c),
-            attitude: output.attitude,
-        }
+/// Survey's input of a sample with the calibrated vectors `kept` and the output `output`; variances on each axis of what
+/// was taken out of force and field, (m/s^2)^2 and microtesla^2.
+pub(super) fn input_of(
+    kept: &Calibrated,
+    residual_bias_rad_s: &Vector3<f32>,
+    [of_force, of_field]: [Vector3<f32>; 2],
+    (sample, output): (&Sample, &Output),
+) -> SurveyInput {
+    let rate = Vector3::from(output.rate_rad_s) - residual_bias_rad_s;
+    let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+    SurveyInput {
+        t_us: sample.t_us,
+        rate_rad_s: kept.gyro_usable.then(|| rate.into()),
+        force_m_s2: kept.accel_usable.then_some(kept.force_m_s2),
+        field_ut: kept.mag_usable.then_some(kept.field_ut),
+        force_correction_sigma_m_s2: of_force.map(libm::sqrtf).into(),
+        field_correction_sigma_ut: of_field.map(libm::sqrtf).into(),
+        raw_accel_m_s2: sample.accel_m_s2,
+        raw_mag_ut: sample.mag_ut,
+        accel_clipped: kept.accel_clipped,
+        temperature_c: warm.then_some(sample.temperature_c),
+        attitude: output.attitude,
     }
 }
