@@ -31,12 +31,13 @@ pub(super) struct FieldNode {
     pub angle_rad: f32,
     /// Angle that may have been turned while no rate was read, radians.
     pub unseen_rad: f32,
-    /// Time without a rate, seconds.
-    pub unseen_s: f32,
     /// Length of the node, seconds.
     pub time_s: f32,
     /// Number of increments with a field.
     pub fields: u16,
+    /// Number of increments, of about a fiftieth of a second, and of those without a rate.
+    pub increments: u8,
+    pub without_rate: u8,
 }
 
 impl FieldNode {
@@ -50,15 +51,16 @@ impl FieldNode {
             turn: [[0.0; GYRO]; 3],
             angle_rad: 0.0,
             unseen_rad: 0.0,
-            unseen_s: 0.0,
             time_s: 0.0,
             fields: 0,
+            increments: 0,
+            without_rate: 0,
         }
     }
 
     /// Returns true if the gyro was silent for more than half of the node: what turned with the body cannot be told.
     pub fn is_unseen(&self) -> bool {
-        self.unseen_s > 0.5 * self.time_s
+        2 * self.without_rate > self.increments
     }
 }
 
@@ -127,7 +129,7 @@ impl FieldNodes {
             }
             None => {
                 sum.unseen_rad += (speed + UNSEEN_RATE_RAD_S) * interval_s;
-                sum.unseen_s += interval_s;
+                sum.without_rate += 1;
             }
         }
         if let Some(field) = increment.field {
@@ -138,6 +140,7 @@ impl FieldNodes {
             sum.spin_rad_s += spin;
             sum.fields += 1;
         }
+        sum.increments += 1;
         sum.angle_rad += speed * interval_s;
         sum.time_s += interval_s;
         if sum.time_s + 0.5 * interval_s < node_s {

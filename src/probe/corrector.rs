@@ -84,6 +84,8 @@ impl Corrector {
 
     /// Variances on each axis of what the effects take out of force and field at the last sample, whose corrected
     /// readings are given, rad/s, m/s^2 and microtesla.
+    // Not inlined: its stack frame would else lie under that of the surveys.
+    #[inline(never)]
     pub fn vector_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
         if self.effects.is_empty() {
             return [Vector3::zeros(); 2];

@@ -133,6 +133,8 @@ impl Pipeline {
     }
 
     /// Survey's input of the last sample, which gave `output`.
+    // Not inlined: its stack frame would else lie under that of the surveys.
+    #[inline(never)]
     pub fn survey_input(&self, library: &[&dyn Effect], sample: &Sample, output: &Output) -> SurveyInput {
         let kept = &self.calibrated;
         let readings = [output.rate_rad_s, kept.force_m_s2, kept.field_ut].map(Vector3::from);

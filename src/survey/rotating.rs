@@ -205,17 +205,14 @@ impl RotatingSurvey {
         let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * errors.mag_timing_s);
         let interference = errors.axial_interference_ut;
         let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
-        let [of_force, of_field] = self.corrections.turned();
-        let covariance = SixAxisCovariance {
-            gravity: turned_covariance(&force, errors.accel_bias_m_s2, errors.accel_scale)
-                + of_force
-                + self.force.covariance(),
+        let mut covariance = SixAxisCovariance {
+            gravity: turned_covariance(&force, errors.accel_bias_m_s2, errors.accel_scale) + self.force.covariance(),
             field: turned_covariance(&field, errors.mag_bias_ut, errors.mag_scale)
                 + late * late.transpose()
                 + axial
-                + of_field
                 + self.field.covariance(),
         };
+        self.corrections.widen_turned(&mut covariance);
         let averages = SixAxisAverages {
             samples: self.samples,
             raw_accel_m_s2: [0.0; 3],

@@ -1,6 +1,6 @@
 //! Covariance of a vector sensor's mean: that of the error model, and that of what was taken out of the readings.
 
-use super::SurveyInput;
+use super::{SurveyInput, six_axis::SixAxisCovariance};
 use crate::config::SurveyErrors;
 use nalgebra::{Matrix3, Vector3};
 
@@ -28,14 +28,19 @@ impl CorrectionVariances {
         larger(&mut self.field, &input.field_correction_sigma_ut);
     }
 
-    /// Covariances of force and field on tool axes.
-    pub(crate) fn on_axes(&self) -> [Matrix3<f32>; 2] {
-        [self.force, self.field].map(|variances| Matrix3::from_diagonal(&variances))
+    /// Widens the covariances of means on tool axes.
+    pub(crate) fn widen(&self, means: &mut SixAxisCovariance) {
+        for (covariance, variances) in [(&mut means.gravity, &self.force), (&mut means.field, &self.field)] {
+            covariance.m11 += variances.x;
+            covariance.m22 += variances.y;
+            covariance.m33 += variances.z;
+        }
     }
 
-    /// Covariances of force and field over whole turns about z: across the axis a constant cancels.
-    pub(crate) fn turned(&self) -> [Matrix3<f32>; 2] {
-        [self.force, self.field].map(|variances| Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, variances.z)))
+    /// Widens those of means over whole turns about z: across the axis a constant cancels.
+    pub(crate) fn widen_turned(&self, means: &mut SixAxisCovariance) {
+        means.gravity.m33 += self.force.z;
+        means.field.m33 += self.field.z;
     }
 }
 

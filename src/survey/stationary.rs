@@ -242,11 +242,11 @@ impl StationarySurvey {
     ) -> Option<SurveyReport> {
         let means = &self.means;
         let (force, field) = (means.force.mean(), means.field.mean());
-        let [of_force, of_field] = self.corrections.on_axes();
-        let covariance = SixAxisCovariance {
-            gravity: sensor_errors::gravity_covariance(&force, &config.errors) + of_force + means.force.covariance(),
-            field: sensor_errors::field_covariance(&field, &config.errors) + of_field + means.field.covariance(),
+        let mut covariance = SixAxisCovariance {
+            gravity: sensor_errors::gravity_covariance(&force, &config.errors) + means.force.covariance(),
+            field: sensor_errors::field_covariance(&field, &config.errors) + means.field.covariance(),
         };
+        self.corrections.widen(&mut covariance);
         let averages = SixAxisAverages {
             samples: self.samples,
             raw_accel_m_s2: means.raw_accel.mean().into(),
