@@ -127,6 +127,27 @@ impl ActiveEffects {
 
     /// Sums of what the effects of accelerometer and magnetometer add to their readings.
     fn added_to_vectors(&self, library: &[&dyn Effect], snapshot: &Snapshot) -> [Vector3<f32>; 2] {
+        self.sums_of_vectors(library, |effect, found| contribution(effect, &found.parameters, snapshot))
+    }
+
+    /// Variances on each axis of what is taken out of force and field, (m/s^2)^2 and microtesla^2, at `snapshot`, which
+    /// is corrected; the parameters' errors count as independent.
+    pub(crate) fn vector_variances(&self, library: &[&dyn Effect], snapshot: &Snapshot) -> [Vector3<f32>; 2] {
+        self.sums_of_vectors(library, |effect, found| {
+            let parameters = found.parameters.iter().zip(&found.sigma).enumerate().take(effect.parameters().len());
+            parameters.fold(Vector3::zeros(), |sum, (k, (parameter, sigma))| {
+                let is_taken_out = *parameter != 0.0;
+                if is_taken_out { sum + (effect.term(k, snapshot) * *sigma).map(|x| x * x) } else { sum }
+            })
+        })
+    }
+
+    /// Sums over the effects of the accelerometer, and over those of the magnetometer.
+    fn sums_of_vectors(
+        &self,
+        library: &[&dyn Effect],
+        of: impl Fn(&dyn Effect, &FoundEffect) -> Vector3<f32>,
+    ) -> [Vector3<f32>; 2] {
         let [mut of_force, mut of_field] = [Vector3::zeros(); 2];
         for found in self.iter() {
             let Some(effect) = library.get(usize::from(found.index)) else { continue };
@@ -135,28 +156,7 @@ impl ActiveEffects {
                 Sensor::Accelerometer => &mut of_force,
                 Sensor::Magnetometer => &mut of_field,
             };
-            *sum += contribution(*effect, &found.parameters, snapshot);
-        }
-        [of_force, of_field]
-    }
-
-    /// Variances on each axis of what is taken out of force and field, (m/s^2)^2 and microtesla^2, at `snapshot`, which
-    /// is corrected; the parameters' errors count as independent.
-    pub(crate) fn vector_variances(&self, library: &[&dyn Effect], snapshot: &Snapshot) -> [Vector3<f32>; 2] {
-        let [mut of_force, mut of_field] = [Vector3::zeros(); 2];
-        for found in self.iter() {
-            let Some(effect) = library.get(usize::from(found.index)) else { continue };
-            let sum: &mut Vector3<f32> = match effect.sensor() {
-                Sensor::Gyro => continue,
-                Sensor::Accelerometer => &mut of_force,
-                Sensor::Magnetometer => &mut of_field,
-            };
-            let parameters = found.parameters.iter().zip(&found.sigma).enumerate().take(effect.parameters().len());
-            for (k, (parameter, sigma)) in parameters {
-                if *parameter != 0.0 {
-                    *sum += effect.term(k, snapshot).map(|term| term * term * sigma * sigma);
-                }
-            }
+            *sum += of(*effect, found);
         }
         [of_force, of_field]
     }

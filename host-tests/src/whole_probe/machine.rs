@@ -123,11 +123,6 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.unsound_us.unwrap_or(0).max(self.until.overload.1).max(self.boot_us)
     }
 
-    /// Whether work took longer than it should at some time since the start.
-    pub const fn was_ever_overloaded(&self) -> bool {
-        self.until.overload.1 > 0
-    }
-
     /// Whether work takes longer than it should, or did lately.
     pub fn overloaded(&self) -> bool {
         self.chip.now_us.get() < self.until.overload.1 + 1_000_000

@@ -212,7 +212,7 @@ fn power_up(
     let acquisition = machine.acquisition();
     let (samples, lost) = (acquisition.acquired(), acquisition.queue_full());
     let hangs = machine.hangs();
-    let sound = machine.unsound_us.is_none() && !machine.line_stood_still() && !machine.was_ever_overloaded();
+    let sound = machine.unsound_us.is_none() && !machine.line_stood_still();
     let ran_us = chip.now_us.get() - chip.started_us.get();
     let tally = &mut day.tally;
     tally.now_us = chip.now_us.get();
@@ -233,7 +233,10 @@ fn power_up(
         let [any, unflagged] = day.back_us.map(|at_us| at_us.map(after_s));
         tally.back_s[usize::from(drilling)].extend(any);
         tally.back_s[2].extend(unflagged);
-        if ran_us > BACK_US && !hangs {
+        let until_back_us = chip.started_us.get()..chip.started_us.get() + BACK_US;
+        let is_delaying =
+            |(at_us, it): &(u64, Trouble)| matches!(it, Trouble::Overload(..)) && until_back_us.contains(at_us);
+        if ran_us > BACK_US && !hangs && !day.struck.iter().any(is_delaying) {
             tally.checked(Violation::Silent);
             if any.is_none_or(|after_s| after_s > BACK_US as f64 * 1e-6) {
                 tally.violated(Violation::Silent, || format!("started at {} us", chip.started_us.get()));

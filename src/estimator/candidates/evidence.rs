@@ -17,7 +17,7 @@ use super::{
     rules::Rules,
     size,
     steadiness::Steadiness,
-    unturned::{Alone, Unturned},
+    unturned::{IronAlone, Unturned},
 };
 use crate::{
     compensation::effect::MAX_PARAMETERS,
@@ -93,8 +93,10 @@ pub(in crate::estimator) struct Evidence<T> {
     /// Log Bayes factors when the last claim was chosen.
     pub tried: [f32; MAX_CLAIMS],
     pub claims: Vec<Claim, MAX_CLAIMED>,
-    /// The likeliest of the claims that were weighed last.
-    best: Option<Best>,
+    /// The likeliest of the claims that were weighed last, and its log Bayes factor as it ranks: by what the data say of
+    /// it, because other claims may say the same of a field along an axis that has not turned, and no declared field
+    /// limits them. What counts stands in `tried`.
+    best: Option<(u8, f32)>,
     /// The claim with the least evidence, and that evidence with its credit.
     weakest: Option<(u8, f32)>,
     /// Columns that are taken out, their mean and its packed covariance.
@@ -104,15 +106,6 @@ pub(in crate::estimator) struct Evidence<T> {
     /// Squared length of the residual that effects and nuisances can explain: before any is chosen, and beside the
     /// claims.
     pub residual: [T; 2],
-}
-
-/// Claim with its log Bayes factor, as it counts, and as it ranks among the others: by what the data say of it, because
-/// other claims may say the same of a field along an axis that has not turned, and no declared field limits them.
-#[derive(Clone, Copy)]
-struct Best {
-    claim: u8,
-    counts: f32,
-    ranks: f32,
 }
 
 #[derive(Clone, Copy)]
@@ -266,13 +259,13 @@ impl<T: Real> Evidence<T> {
                 let own = self.dispersion_of(claim, candidates);
                 let alone = self.unturned.beside(matrix, &fresh, done, own);
                 let beside_chance = self.credit(claim, candidates) - candidates.chances(claim);
-                Some([Alone::of_whole(alone, factor, own), factor / own].map(|factor| factor + beside_chance))
+                Some([IronAlone::of_whole(alone, factor, own), factor / own].map(|factor| factor + beside_chance))
             });
             let Some(tried) = self.tried.get_mut(claim) else { break };
             *tried = factor.map_or(0.0, |[counts, _]| counts);
             let Some([counts, ranks]) = factor else { continue };
-            if counts >= self.rules.least && self.best.is_none_or(|best| ranks > best.ranks) {
-                self.best = Some(Best { claim: claim as u8, counts, ranks });
+            if counts >= self.rules.least && self.best.is_none_or(|(_, most)| ranks > most) {
+                self.best = Some((claim as u8, ranks));
             }
         }
         if to < candidates.named_claims() {
@@ -288,8 +281,9 @@ impl<T: Real> Evidence<T> {
             }
         }
         match self.best {
-            Some(Best { claim, counts: most, .. }) if !self.chosen.is_full() => {
+            Some((claim, _)) if !self.chosen.is_full() => {
                 let claim = usize::from(claim);
+                let most = self.tried.get(claim).copied().unwrap_or(0.0);
                 let mut rivals = 0;
                 for (other, tried) in self.tried.iter().enumerate().take(candidates.named_claims()) {
                     if other != claim && *tried >= self.rules.least && *tried > most - RIVALS {
@@ -401,7 +395,7 @@ impl<T: Real> Evidence<T> {
         let Posterior { mean, covariance } = size::averaged(&posterior, n, &dispersions);
         let mut one = candidates.claim(claim, &mean, &covariance, units);
         let factor = savage_dickey(&posterior.mean, &posterior.covariance, n).narrow();
-        one.evidence = Alone::of_whole(alone, factor, own) - candidates.chances(claim);
+        one.evidence = IronAlone::of_whole(alone, factor, own) - candidates.chances(claim);
         let counts = one.evidence + self.credit(claim, candidates);
         if self.weakest.is_none_or(|(_, least)| counts < least) {
             self.weakest = Some((chosen.claim, counts));

@@ -152,7 +152,7 @@ impl<T: Real> Beside<T> {
     pub fn estimate(&self) -> impl Iterator<Item = (f32, f32)> {
         let mut mean = self.solved;
         self.factor.solve_upper(&mut mean);
-        let both = move |i: usize| (-at(&mean, i).narrow(), self.factor.inverse_diagonal(i).narrow());
+        let both = move |i: usize| (-at(&mean, i).narrow(), self.variance(i));
         (0..self.count).map(both)
     }
 }

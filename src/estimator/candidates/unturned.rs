@@ -20,12 +20,12 @@ pub(in crate::estimator) struct Unturned {
 
 /// Evidence of iron along the axes that have not turned, alone, and its dispersion.
 #[derive(Clone, Copy)]
-pub(super) struct Alone {
+pub(super) struct IronAlone {
     pub evidence: f32,
     pub dispersion: f32,
 }
 
-impl Alone {
+impl IronAlone {
     /// Evidence of a claim with this iron among its parameters, `whole` as stated, the rest of it at its own dispersion.
     pub fn of_whole(alone: Option<Self>, whole: f32, own: f32) -> f32 {
         alone.map_or(whole / own, |alone| alone.evidence / alone.dispersion + (whole - alone.evidence) / own)
@@ -61,7 +61,7 @@ impl Unturned {
     }
 
     /// The columns of `fresh` that only a declared field tells of, alone beside the `done` ones; `None` without any.
-    pub(super) fn beside<T: Real>(&self, matrix: &Matrix<T>, fresh: &[u8], done: usize, own: f32) -> Option<Alone> {
+    pub(super) fn beside<T: Real>(&self, matrix: &Matrix<T>, fresh: &[u8], done: usize, own: f32) -> Option<IronAlone> {
         self.told?;
         let is_of = |column: &usize| fresh.iter().any(|fresh| usize::from(*fresh) == *column);
         let columns: Vec<u8, 3> = self.columns().filter(is_of).map(|column| column as u8).collect();
@@ -72,11 +72,16 @@ impl Unturned {
         let dispersions = columns.iter().enumerate();
         let dispersion =
             dispersions.fold(own, |most, (k, column)| self.dispersion(usize::from(*column), beside.variance(k), most));
-        Some(Alone { evidence: beside.evidence(None)?, dispersion })
+        Some(IronAlone { evidence: beside.evidence(None)?, dispersion })
     }
 
     /// The same of the posterior of a claim of these columns.
-    pub(super) fn among<T: Real>(&self, posterior: &Posterior<T>, columns: &Range<usize>, own: f32) -> Option<Alone> {
+    pub(super) fn among<T: Real>(
+        &self,
+        posterior: &Posterior<T>,
+        columns: &Range<usize>,
+        own: f32,
+    ) -> Option<IronAlone> {
         self.told?;
         let mut part =
             Posterior { mean: [T::ZERO; MAX_PARAMETERS], covariance: [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS] };
@@ -95,14 +100,14 @@ impl Unturned {
             dispersion = self.dispersion(*column, row.get(*place)?.narrow(), dispersion);
         }
         let n = places.len();
-        (n > 0).then(|| Alone { evidence: savage_dickey(&part.mean, &part.covariance, n).narrow(), dispersion })
+        (n > 0).then(|| IronAlone { evidence: savage_dickey(&part.mean, &part.covariance, n).narrow(), dispersion })
     }
 
     /// Dispersions of a claim's parameters: that of the iron alone along the axes, its own of the others.
     pub(super) fn dispersions<T: Real>(
         &self,
         columns: &Range<usize>,
-        alone: Option<Alone>,
+        alone: Option<IronAlone>,
         own: f32,
     ) -> [T; MAX_PARAMETERS] {
         let mut dispersions = [T::of(own); MAX_PARAMETERS];
