@@ -11,6 +11,10 @@ use crate::{
 use core::ops::Range;
 use heapless::Vec;
 
+/// Dispersion from which on the data say nothing of a claim. A larger one may be infinite, and that, times a component
+/// of zero, is no number.
+const NOTHING: f32 = 1e8;
+
 /// Axes that have not turned, and what a declared field tells of a constant field along them.
 pub(in crate::estimator) struct Unturned {
     axes: [bool; 3],
@@ -56,8 +60,14 @@ impl Unturned {
         let told = column.checked_sub(HARD_IRON.from).and_then(|axis| self.told?.get(axis).copied());
         let least = if own > 1.0 { own } else { 1.0 };
         let ratio = told.map_or(least, |told| (1.0 / variance - 1.0) / told);
-        // A NaN is not above it either.
-        if ratio > least { ratio } else { least }
+        if ratio < least {
+            least
+        } else if ratio < NOTHING {
+            ratio
+        } else {
+            // A NaN is not below it either.
+            NOTHING
+        }
     }
 
     /// The columns of `fresh` that only a declared field tells of, alone beside the `done` ones; `None` without any.
@@ -119,5 +129,46 @@ impl Unturned {
             }
         }
         dispersions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::candidates::size::averaged;
+
+    /// An iron of one prior width on each axis, which the data state to a hundredth, along axes of which the last has
+    /// not turned.
+    fn sized(told: f32) -> ([f32; 3], [f32; 3]) {
+        let mut posterior =
+            Posterior { mean: [0.0; MAX_PARAMETERS], covariance: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS] };
+        for k in 0..3 {
+            posterior.mean[k] = 1.0;
+            posterior.covariance[k][k] = 1e-4;
+        }
+        let unturned = Unturned::new([false, false, true], Some([told; 3]));
+        let columns = HARD_IRON.columns();
+        let alone = unturned.among(&posterior, &columns, 1.0);
+        assert!(alone.is_some_and(|alone| alone.evidence.is_finite() && alone.evidence / alone.dispersion >= 0.0));
+        let of = averaged::<f32>(&posterior, 3, &unturned.dispersions(&columns, alone, 1.0));
+        let three = |of: &dyn Fn(usize) -> f32| [of(0), of(1), of(2)];
+        (three(&|k| of.mean[k]), three(&|k| libm::sqrtf(of.covariance[k][k])))
+    }
+
+    #[test]
+    fn iron_along_an_axis_that_has_not_turned_is_as_certain_as_the_declared_field_and_the_rest_as_the_data() {
+        // Ten deviations: the other axes show that iron may be that large, so the prior hardly draws it.
+        let (mean, sigma) = sized(100.0);
+        assert!((sigma[2] - 0.1).abs() < 0.01 && (mean[2] - 1.0).abs() < 0.03, "{mean:?} {sigma:?}");
+        assert!(sigma[..2].iter().all(|sigma| (sigma - 0.01).abs() < 0.001), "{sigma:?}");
+    }
+
+    #[test]
+    fn where_the_declared_field_tells_nothing_the_prior_stays() {
+        for told in [0.0, 1e-30, f32::NAN] {
+            let (mean, sigma) = sized(told);
+            assert!(mean.iter().chain(&sigma).all(|x| x.is_finite()), "{told}: {mean:?} {sigma:?}");
+            assert!(mean[2].abs() < 0.01 && sigma[2] > 0.5, "{told}: {mean:?} {sigma:?}");
+        }
     }
 }
