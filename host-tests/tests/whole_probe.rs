@@ -1,15 +1,17 @@
 //! The whole probe under attack: a share of the seeds that `mwd bench --only whole_probe` flies.
 #![allow(clippy::unwrap_used)]
 
-use mwd::whole_probe::{KINDS, Tally, VIOLATIONS, fly};
+use mwd::{
+    bench::seeds::each_seed,
+    whole_probe::{KINDS, Tally, VIOLATIONS, fly},
+};
 
-const SEEDS: u64 = 200;
+const SEEDS: u64 = 1_000;
 
 #[test]
 fn what_has_to_hold_holds_whatever_goes_wrong() {
     let mut all = Tally::default();
-    for seed in 0..SEEDS {
-        let run = fly(seed).unwrap();
+    for (seed, run) in each_seed(0..SEEDS, fly).unwrap().iter().enumerate() {
         assert_eq!(run.tally.all_violations(), 0, "seed {seed}: {:?}", run.tally.first);
         all.add(&run.tally);
     }

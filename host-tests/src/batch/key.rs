@@ -57,7 +57,8 @@ impl Key {
 }
 
 /// Hash of the program's own file: another build may fly otherwise. Its version where the file is not there.
-fn program() -> &'static [u8] {
+#[must_use]
+pub fn program() -> &'static [u8] {
     static PROGRAM: OnceLock<Vec<u8>> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let mut hash = Sha256::new_with_prefix(env!("CARGO_PKG_VERSION"));

@@ -17,7 +17,7 @@ use std::{
 use rayon::prelude::*;
 
 pub use flown::{Result, result};
-pub use key::Key;
+pub use key::{Key, program};
 pub use options::Options;
 
 use crate::failure::Failure;

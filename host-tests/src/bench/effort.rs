@@ -1,5 +1,7 @@
 //! Effort of a measurement: its number of repetitions.
 
+use std::ops::Range;
+
 /// Number of repetitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
@@ -9,6 +11,13 @@ pub enum Effort {
     Full,
     /// This many.
     Seeds(u64),
+    /// As many as these, with these as their seeds, for a measurement that tells of a seed by its number.
+    These {
+        /// The first.
+        first: u64,
+        /// How many.
+        seeds: u64,
+    },
 }
 
 impl Effort {
@@ -18,7 +27,14 @@ impl Effort {
         match self {
             Self::Full => full,
             Self::Quick => (full / 10).max(3),
-            Self::Seeds(seeds) => seeds,
+            Self::Seeds(seeds) | Self::These { seeds, .. } => seeds,
         }
+    }
+
+    /// The seeds if `full` is the number of those of the pages of measurements.
+    #[must_use]
+    pub fn seeds(self, full: u64) -> Range<u64> {
+        let first = if let Self::These { first, .. } = self { first } else { 0 };
+        first..first.saturating_add(self.repetitions(full))
     }
 }

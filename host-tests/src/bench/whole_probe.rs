@@ -2,31 +2,58 @@
 
 use super::{
     effort::Effort,
+    kept::each_block,
     seeds::each_seed,
     table::{Cell, Table, median_and_worst},
 };
 use crate::whole_probe::{KINDS, Tally, VIOLATIONS, fly, static_bytes};
 use anyhow::bail;
-use std::time::Instant;
+use serde::{Deserialize, Serialize};
+use std::{ops::Range, time::Instant};
 
 /// Runs that a failure lists.
 const LISTED: usize = 10;
 
+/// What a block of seeds gave.
+#[derive(Default, Serialize, Deserialize)]
+struct Flown {
+    tally: Tally,
+    /// The seeds in which something did not hold, and what.
+    failed: Vec<String>,
+    seconds: f64,
+}
+
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
-    let seeds = effort.repetitions(1_000);
-    let begun = Instant::now();
-    let runs = each_seed(0..seeds, |seed| Ok((seed, fly(seed)?)))?;
-    let seconds = begun.elapsed().as_secs_f64();
-    let mut all = Tally::default();
-    runs.iter().for_each(|(_, run)| all.add(&run.tally));
-    let failed: Vec<String> = (runs.iter().filter(|(_, run)| run.tally.all_violations() > 0))
-        .map(|(seed, run)| format!("seed {seed}: {}", run.tally.first.as_deref().unwrap_or("?")))
-        .collect();
+    let seeds = effort.seeds(1_000);
+    let mut all = Flown::default();
+    for block in each_block("whole_probe", seeds.clone(), fly_all)? {
+        all.tally.add(&block.tally);
+        all.failed.extend(block.failed);
+        all.seconds += block.seconds;
+    }
+    let Flown { tally, failed, seconds } = all;
+    let seeds = seeds.end - seeds.start;
     if !failed.is_empty() {
         let listed = failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
-        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{}", failed.len(), checks(&all, seeds));
+        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{}", failed.len(), checks(&tally, seeds));
     }
-    Ok(vec![checks(&all, seeds), troubles(&all), flown(&all, seeds as f64 / seconds)])
+    Ok(vec![checks(&tally, seeds), troubles(&tally), flown(&tally, seeds as f64 / seconds)])
+}
+
+fn fly_all(seeds: Range<u64>) -> anyhow::Result<Flown> {
+    let begun = Instant::now();
+    let mut all = Flown::default();
+    for (seed, run) in seeds.clone().zip(each_seed(seeds, fly)?) {
+        if run.tally.all_violations() > 0 {
+            let told = format!("seed {seed}: {}", run.tally.first.as_deref().unwrap_or("?"));
+            // At once, for all of them together may take hours.
+            eprintln!("{told}");
+            all.failed.push(told);
+        }
+        all.tally.add(&run.tally);
+    }
+    all.seconds = begun.elapsed().as_secs_f64();
+    Ok(all)
 }
 
 fn count(number: u64) -> Cell {

@@ -1,6 +1,7 @@
 //! What is counted: troubles, checks and what did not hold.
 
 use super::plan::KINDS;
+use serde::{Deserialize, Serialize};
 
 /// What has to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,7 +61,7 @@ pub const VIOLATIONS: [(Violation, &str); 16] = [
 ];
 
 /// Counts of one run, or of many.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// Troubles that struck, by kind.
     pub troubles: [u64; KINDS.len()],

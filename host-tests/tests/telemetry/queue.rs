@@ -254,22 +254,36 @@ fn answers_take_no_room_of_results_and_go_after_them() {
     assert!(first.iter().all(|message| matches!(message, Message::Dynamics(_))), "{first:?}");
 }
 
-/// 200 samples a second of 54 bytes are more than the line takes; attitudes go on all the same.
+/// 200 samples a second of 54 bytes are more than the line takes. Whoever asks for them, with the key or without, every
+/// attitude leaves as it would without them, none later than by one frame.
 #[test]
-fn a_recording_that_fills_the_line_silences_no_attitude() {
-    let mut queue = Queue::new();
-    queue.configure(&StreamConfig { attitude_every: 20, ..StreamConfig::default() }).unwrap();
-    let said = sent(&mut queue, 10, |queue, now_us| {
-        if now_us % 5_000 == 0 {
-            let sample = Sample { t_us: now_us, gyro_rad_s: [0.1; 3], ..Sample::default() };
-            queue.push_sample(now_us, (now_us / 5_000) as u32, &sample);
-            queue.push_attitude(now_us, &output(now_us));
-        }
-    });
-    let attitudes = said.iter().filter(|message| matches!(message, Message::Attitude(_))).count();
-    let samples = said.iter().filter(|message| matches!(message, Message::Sample(_))).count();
-    println!("{samples} samples and {attitudes} attitudes in 10 s");
-    assert!(attitudes >= 99 && samples > 1_000, "{samples} samples, {attitudes} attitudes");
+fn a_recording_takes_what_attitudes_leave() {
+    let attitudes = |recording: bool, attitude_every| {
+        let mut queue = Queue::new();
+        queue.configure(&StreamConfig { attitude_every, ..StreamConfig::default() }).unwrap();
+        let mut samples = 0;
+        let said = sent(&mut queue, 10, |queue, now_us| {
+            if now_us % 5_000 == 0 {
+                if recording {
+                    let sample = Sample { t_us: now_us, gyro_rad_s: [0.1; 3], ..Sample::default() };
+                    queue.push_sample(now_us, (now_us / 5_000) as u32, &sample);
+                }
+                queue.push_attitude(now_us, &output(now_us));
+            }
+        });
+        let attitudes = said.into_iter().filter(|message| {
+            samples += usize::from(matches!(message, Message::Sample(_)));
+            matches!(message, Message::Attitude(_))
+        });
+        (attitudes.count(), samples, queue.counters().attitude_dropped)
+    };
+    for attitude_every in [1, 3, 20] {
+        let ((alone, _, dropped), (beside, samples, dropped_beside)) =
+            (attitudes(false, attitude_every), attitudes(true, attitude_every));
+        println!("every {attitude_every}: {alone} attitudes alone; {beside} beside {samples} samples");
+        assert!(alone >= 100 && beside == alone && dropped == dropped_beside, "{alone}, {beside}");
+        assert!(samples > 500, "{samples} samples");
+    }
 }
 
 #[test]

@@ -41,15 +41,16 @@ impl core::fmt::Display for PushError {
 impl core::error::Error for PushError {}
 
 /// Frames that wait for a line that may be slower than the messages. It has four lanes, with sizes in bytes; the first
-/// lane below that holds a frame sends it, samples and attitudes in turns:
+/// lane below that holds a frame sends it:
 ///
 /// - `RESULTS`: surveys, identifications, diagnoses, magnets, boots. None is dropped for another: a result that finds
 ///   no room stays with the caller ([`PushError::Full`]), and is counted.
 /// - answers, of 256 bytes: [`Kind::Health`] and [`Kind::Acknowledgement`]. The requests of a host so never take the
 ///   room of results.
-/// - `SAMPLES`: a recording. The oldest is dropped when there is no room, and is counted.
 /// - `ATTITUDE`: the stream. The oldest is dropped when there is no room or when it is older than
 ///   [`StreamConfig::max_age_us`], and is counted.
+/// - `SAMPLES`: a recording. The oldest is dropped when there is no room, and is counted. It goes last, because a host
+///   without the key may ask for one: it takes what nothing else wants.
 ///
 /// A result so waits for at most the bytes of results before it and one frame that is on the line: `(RESULTS +
 /// MAX_FRAME) / bytes_per_s`. An attitude is never older than `max_age_us` when it leaves. Over any time T no more
@@ -65,8 +66,6 @@ pub struct TelemetryQueue<const RESULTS: usize, const SAMPLES: usize, const ATTI
     answers: Lane<ANSWERS>,
     samples: Lane<SAMPLES>,
     attitude: Lane<ATTITUDE>,
-    /// True if the frame that was last taken from the lanes of samples and attitudes was a sample: they take turns.
-    sample_was_last: bool,
     /// Outputs since the last one that was queued.
     skipped: u16,
     sequence: u16,
@@ -84,7 +83,6 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
             answers: Lane::new(),
             samples: Lane::new(),
             attitude: Lane::new(),
-            sample_was_last: false,
             skipped: 0,
             sequence: 0,
             counters: LineCounters::NONE,
@@ -186,14 +184,14 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
             count(&mut self.counters.attitude_dropped);
         }
         let sequence = self.sequence;
-        let is_sample = !self.samples.is_empty() && (self.attitude.is_empty() || !self.sample_was_last);
         let frame = if !self.results.is_empty() {
             self.results.take(sequence, buffer)
         } else if !self.answers.is_empty() {
             self.answers.take(sequence, buffer)
+        } else if !self.attitude.is_empty() {
+            self.attitude.take(sequence, buffer)
         } else {
-            self.sample_was_last = is_sample;
-            if is_sample { self.samples.take(sequence, buffer) } else { self.attitude.take(sequence, buffer) }
+            self.samples.take(sequence, buffer)
         }?;
         self.sequence = sequence.wrapping_add(1);
         self.line.send(now_us, frame.len(), self.config.bytes_per_s);

@@ -72,7 +72,7 @@ fn draws(effort: Effort, scale: f64) -> u64 {
         _ if scale == 0.0 => 1,
         Effort::Quick => 1,
         Effort::Full => 4,
-        Effort::Seeds(seeds) => seeds,
+        Effort::Seeds(seeds) | Effort::These { seeds, .. } => seeds,
     }
 }
 

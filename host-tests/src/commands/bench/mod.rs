@@ -24,6 +24,9 @@ pub struct BenchArgs {
     /// Take this many repetitions of each measurement
     #[arg(long, value_name = "N", conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(1..))]
     pub seeds: Option<u64>,
+    /// Begin with this seed: `--seeds 1 --first-seed 4611` flies one run of whole_probe again
+    #[arg(long, value_name = "SEED", requires = "seeds")]
+    pub first_seed: Option<u64>,
     /// Run the sections for the emulated chip instead of those for this machine
     #[arg(long)]
     pub target: bool,
@@ -44,11 +47,18 @@ pub struct BenchArgs {
 /// There is no such section, one cannot be run, or a result cannot be written.
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let effort = match args.seeds {
-        Some(seeds) => Effort::Seeds(seeds),
+        Some(seeds) => args.first_seed.map_or(Effort::Seeds(seeds), |first| Effort::These { first, seeds }),
         None if args.quick => Effort::Quick,
         None => Effort::Full,
     };
     let sections = asked_for(args)?;
+    if let (Some(_), Some(other)) = (args.first_seed, sections.iter().find(|section| !section.tells_seeds)) {
+        return Err(Failure::BadInput(format!(
+            "--first-seed: {} has seeds of its own; use --only whole_probe",
+            other.name
+        ))
+        .into());
+    }
     let mut out = io::stdout().lock();
     let mut all = Vec::new();
     for section in sections {

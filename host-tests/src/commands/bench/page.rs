@@ -36,6 +36,7 @@ fn command(section: &Section, effort: Effort, own_recordings: bool) -> String {
         Effort::Full => String::new(),
         Effort::Quick => " --quick".to_owned(),
         Effort::Seeds(seeds) => format!(" --seeds {seeds}"),
+        Effort::These { first, seeds } => format!(" --seeds {seeds} --first-seed {first}"),
     };
     format!("{recordings}cargo mwd bench {target}--only {}{effort} --markdown docs/measurements", section.name)
 }

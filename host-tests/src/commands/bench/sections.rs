@@ -19,6 +19,8 @@ pub(super) struct Section {
     pub place: Place,
     /// Whether it measures on recordings, of which `MWD_RECORDINGS` names the folder.
     pub takes_recordings: bool,
+    /// Whether it tells of a run by its seed, which `--first-seed` then flies again.
+    pub tells_seeds: bool,
     /// Measures, and returns the tables.
     pub run: fn(Effort) -> anyhow::Result<Vec<Table>>,
 }
@@ -34,7 +36,7 @@ pub(super) enum Place {
 
 impl Section {
     const fn on_host(name: &'static str, about: &'static str, run: fn(Effort) -> anyhow::Result<Vec<Table>>) -> Self {
-        Self { name, about, place: Place::Host, takes_recordings: false, run }
+        Self { name, about, place: Place::Host, takes_recordings: false, tells_seeds: false, run }
     }
 
     const fn on_recordings(
@@ -43,6 +45,14 @@ impl Section {
         run: fn(Effort) -> anyhow::Result<Vec<Table>>,
     ) -> Self {
         Self { takes_recordings: true, ..Self::on_host(name, about, run) }
+    }
+
+    const fn with_told_seeds(
+        name: &'static str,
+        about: &'static str,
+        run: fn(Effort) -> anyhow::Result<Vec<Table>>,
+    ) -> Self {
+        Self { tells_seeds: true, ..Self::on_host(name, about, run) }
     }
 
     const fn on_target(name: &'static str, about: &'static str, run: fn(Effort) -> anyhow::Result<Vec<Table>>) -> Self {
@@ -72,7 +82,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("mud_pulse", "Survey words over a channel with bursts", mud_pulse::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
-    Section::on_host("whole_probe", "The whole probe under seeded faults", whole_probe::run),
+    Section::with_told_seeds("whole_probe", "The whole probe under seeded faults", whole_probe::run),
     Section::on_target("cost", "Cost on the emulated chip", cost::run),
     Section::on_target("size", "Flash, RAM and stack of the firmware, by module", size::run),
     Section::on_target("bus", "Instructions of the sampling path on the emulated chip", bus::run),
