@@ -199,6 +199,7 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
     }
     let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
     writeln!(out, "short-collar correction: {no_go} of {} stations in its no-go zone", run.stations.len())?;
+    writeln!(out, "uncertainty of positions: tool code {}", run.tool_codes.join(" and "))?;
     let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
     writeln!(
         out,
