@@ -34,6 +34,19 @@ fn fields(value: &Value, path: &str, found: &mut BTreeSet<String>) {
     }
 }
 
+/// Fields that a part of `docs/json.md` names.
+fn documented(part: &str) -> BTreeSet<String> {
+    let rows = part.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
+    rows.map(|(field, _)| field.to_owned()).collect()
+}
+
+/// `docs/json.md`: of a flight, and of a run of surveys.
+fn parts() -> [String; 2] {
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/json.md")).unwrap();
+    let (flight, run) = page.split_once("\n# The JSON of a run of surveys\n").unwrap();
+    [flight, run].map(str::to_owned)
+}
+
 /// The result of a command with `--json`.
 fn result(arguments: &[&str], folder: &Path) -> Value {
     let file = folder.join("result.json");
@@ -68,13 +81,24 @@ fn every_field_of_a_result_is_documented_and_no_other() {
         fields(&result(&arguments, folder.path()), "", &mut found);
     }
 
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/json.md")).unwrap();
-    let rows = page.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
-    let mut documented: BTreeSet<String> = rows.map(|(field, _)| field.to_owned()).collect();
+    let mut documented = documented(&parts()[0]);
     // These are `null`, or objects whose fields stand below.
     for whole in ["reference", "diagnosis.remainder"] {
         assert!(documented.remove(whole), "{whole}");
         found.remove(whole);
     }
     assert_eq!(found, documented);
+}
+
+#[test]
+fn every_field_of_a_run_of_surveys_is_documented_and_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/surveys/forty_stations");
+    let [stations, settings] = ["csv", "toml"].map(|end| run.with_extension(end).to_str().unwrap().to_owned());
+    let result = result(&["survey", &stations, "--run", &settings], folder.path());
+    assert_eq!(result["schema"], "meerkat-mwd-survey/1");
+    assert_eq!(result["stations"].as_array().unwrap().len(), 40);
+    let mut found = BTreeSet::new();
+    fields(&result, "", &mut found);
+    assert_eq!(found, documented(&parts()[1]));
 }

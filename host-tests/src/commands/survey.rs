@@ -7,7 +7,10 @@ use std::{
 };
 
 use clap::Args;
-use meerkat_mwd::survey::{SurveyKind, SurveyReport};
+use meerkat_mwd::{
+    config::SurveyConfig,
+    survey::{SurveyKind, SurveyReport},
+};
 use nalgebra::Vector3;
 
 use crate::{
@@ -135,17 +138,63 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         let mut config = of_trace(&trace);
         checked(&mut trace, &mut config, false)?;
         let taken = surveys(started(&config, None)?, &trace)?;
-        taken.iter().filter_map(at_rest).collect()
+        let stations: Vec<ReadStation> = taken.iter().filter_map(at_rest).collect();
+        if stations.is_empty() {
+            return Err(no_stop(&args.input, &config.survey, &taken).into());
+        }
+        stations
     } else {
         read(&text_of(&args.input)?).map_err(|error| named(&args.input, &error))?
     };
-    if let Some(path) = &args.depth {
-        let depths = DepthByTime::read(&text_of(path)?, args.bit_to_tool, args.clock)?;
-        for station in &mut stations {
-            station.md_m = station.md_m.or_else(|| depths.at(station.t_s?));
+    let depths = match &args.depth {
+        Some(path) => {
+            let depths = DepthByTime::read(&text_of(path)?, args.bit_to_tool, args.clock);
+            Some((path, depths.map_err(|error| named(path, &error))?))
         }
+        None => None,
+    };
+    let mut deepest_m = f64::MIN;
+    for (k, station) in stations.iter_mut().enumerate() {
+        let (None, Some(t_s)) = (station.md_m, station.t_s) else { continue };
+        let bad = |why: String| Failure::BadInput(format!("station {} at {t_s:.1} s {why}", k + 1));
+        let (path, depths) = depths.as_ref().ok_or_else(|| {
+            bad("has no depth: --depth DEPTH.csv gives the bit's by time, columns t_s,md_m".to_owned())
+        })?;
+        let md_m = depths.at(t_s).ok_or_else(|| {
+            let [first, last] = depths.span_s().unwrap_or_default();
+            bad(format!(
+                "is outside of {}, {first:.1} to {last:.1} s by the tool's clock: a longer file, or --clock S, gives it a depth",
+                path.display()
+            ))
+        })?;
+        if md_m < deepest_m {
+            let above = deepest_m - md_m;
+            return Err(bad(format!(
+                "is {above:.2} m above an earlier one: a path goes down the hole; cut the trace where the string was pulled"
+            ))
+            .into());
+        }
+        deepest_m = md_m;
+        station.md_m = Some(md_m);
     }
     Ok(stations)
+}
+
+/// Why a trace has no station, and what would give it one.
+fn no_stop(path: &Path, config: &SurveyConfig, taken: &[SurveyReport]) -> Failure {
+    let stops = taken.iter().filter(|report| report.survey.kind == SurveyKind::Stationary).count();
+    let path = path.display();
+    let why = if stops > 0 {
+        format!("its {stops} stops have no usable magnetometer: a survey needs mx, my, mz at rest")
+    } else {
+        let (settle, mean) = (config.settle_s, config.average_s);
+        format!(
+            "it has no stop: a survey at rest needs {:.0} s without motion, {settle:.0} to settle and {mean:.0} of mean. Give a \
+             trace with stops, or stations as CSV (docs/surveys.md has the columns)",
+            settle + mean
+        )
+    };
+    Failure::BadInput(format!("{path}: no survey at rest: {why}"))
 }
 
 /// A trace is compressed, or its columns are those of samples.
@@ -166,7 +215,7 @@ fn at_rest(report: &SurveyReport) -> Option<ReadStation> {
     let wide = |v: [f32; 3]| Vector3::from(v.map(f64::from));
     let middle_us = (report.survey.t_start_us + report.survey.t_end_us) / 2;
     let measured = Measured::SixAxis { force_m_s2: wide(averages.force_m_s2), field_ut: wide(field) };
-    Some(ReadStation { t_s: Some(middle_us as f64 * 1e-6), md_m: None, measured })
+    Some(ReadStation { t_s: Some(middle_us as f64 * 1e-6), md_m: None, measured, sag_deg: None })
 }
 
 /// Prints what was found and the path.
@@ -176,6 +225,7 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
     }
     let provenance = &run.provenance;
     writeln!(out, "reference: {} of {} {}", provenance.model, provenance.date, provenance.place)?;
+    writeln!(out, "sag: {}", run.sag_told())?;
     if let Some(analysis) = &run.analysis {
         writeln!(
             out,
@@ -197,13 +247,16 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
             writeln!(out, "the drill string's field grew over the run")?;
         }
     }
-    let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
-    writeln!(out, "short-collar correction: {no_go} of {} stations in its no-go zone", run.stations.len())?;
+    if run.correction == Correction::Axial {
+        let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
+        let count = run.stations.len();
+        writeln!(out, "short-collar correction: {no_go} of {count} stations in its no-go zone, left as measured")?;
+    }
     writeln!(out, "uncertainty of positions: tool code {}", run.tool_codes.join(" and "))?;
     let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
     writeln!(
         out,
-        "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m  dogleg  1-sigma ellipse, m"
+        "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m deg/30m  1-sigma ellipse, m"
     )?;
     for s in &run.stations {
         let [n, e, tvd] = s.position_m;

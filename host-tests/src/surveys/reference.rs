@@ -5,7 +5,7 @@ use std::fs;
 use serde::Serialize;
 use world_magnetic_model::time::Date;
 
-use super::settings::{ReferenceSettings, RunSettings};
+use super::settings::{ReferenceSettings, RunSettings, one_line};
 use crate::{
     earth::{
         coefficient_file::CoefficientFile,
@@ -101,6 +101,7 @@ impl Reference {
                 (Source::Table(rows), name, date)
             }
         };
+        one_line("name of the reference", &model)?;
         let mut warnings = Vec::new();
         let model_day = parsed(&date, "date")?;
         match survey_day {
@@ -169,7 +170,7 @@ impl Reference {
 }
 
 fn missing(what: &str) -> Failure {
-    Failure::BadInput(format!("the run's settings lack {what}"))
+    Failure::BadInput(format!("the run's settings, --run RUN.toml, lack {what}"))
 }
 
 /// Day for which a global model is evaluated: it takes a place and a date.

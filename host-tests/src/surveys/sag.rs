@@ -1,6 +1,8 @@
 //! Sag of the bottom-hole assembly: the collar with the tool bends under its weight between its supports, and the tool
 //! lies at another inclination than the hole. Off unless it is asked for.
 
+use std::fmt;
+
 /// How the inclination is corrected for sag.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields, tag = "model", rename_all = "snake_case")]
@@ -66,6 +68,20 @@ impl Sag {
                 let shape = l * l * l - 6.0 * l * x * x + 4.0 * x * x * x;
                 -load / (24.0 * young_pa * second_moment) * shape
             }
+        }
+    }
+}
+
+impl fmt::Display for Sag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let level_deg = self.correction_rad(std::f64::consts::FRAC_PI_2).to_degrees();
+        match self {
+            Self::Stated { .. } => write!(f, "stated: {level_deg:.3} deg in a level hole, by the sine of inclination"),
+            Self::Beam { span_m, from_lower_support_m, .. } => write!(
+                f,
+                "of a beam of {span_m} m, the tool {from_lower_support_m} m above its lower support: {level_deg:.3} deg \
+                 in a level hole"
+            ),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::PathBuf};
 
 use meerkat_mwd::{config::SurveyErrors, survey::multi_station::MultiStationSettings};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{sag::Sag, tool_codes::FieldClass};
 use crate::{
@@ -114,7 +114,7 @@ pub enum ReferenceSettings {
 }
 
 /// How azimuths are corrected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Correction {
     /// Not at all
@@ -141,6 +141,20 @@ impl RunSettings {
     /// # Errors
     /// What cannot be used, and why.
     pub fn parse(text: &str) -> Result<Self, Failure> {
-        toml::from_str(text).map_err(|error| Failure::BadInput(error.to_string().trim_end().replace('\n', " ")))
+        let settings: Self =
+            toml::from_str(text).map_err(|error| Failure::BadInput(error.to_string().trim_end().replace('\n', " ")))?;
+        one_line("well", &settings.well)?;
+        Ok(settings)
     }
+}
+
+/// Refuses a name that would break the lines of a file, or that XML cannot hold.
+///
+/// # Errors
+/// The text has a line break, a tab or another control character.
+pub(super) fn one_line(field: &str, text: &str) -> Result<(), Failure> {
+    if text.chars().any(char::is_control) {
+        return Err(Failure::BadInput(format!("{field}: {text:?} has a line break or another control character")));
+    }
+    Ok(())
 }

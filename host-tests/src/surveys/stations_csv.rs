@@ -19,6 +19,8 @@ pub struct ReadStation {
     pub md_m: Option<f64>,
     /// What the tool measured.
     pub measured: Measured,
+    /// Sag to add to the inclination, degrees, if the file has it.
+    pub sag_deg: Option<f64>,
 }
 
 /// What a row says of the tool.
@@ -54,6 +56,7 @@ struct Columns {
     depth: Option<(usize, f64)>,
     six: Option<[([usize; 3], f64); 2]>,
     angles: Option<[usize; 2]>,
+    sag: Option<usize>,
     axes: Axes,
 }
 
@@ -135,7 +138,14 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     let axes =
         text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('=')).find(|(key, _)| key.trim() == "axes");
     let axes = axes.map_or(Ok(Axes([1, 2, 3])), |(_, value)| Axes::parse(value.trim()))?;
-    let columns = Columns { time: find("t_s"), depth, six: force.zip(field).map(|(a, b)| [a, b]), angles, axes };
+    let columns = Columns {
+        time: find("t_s"),
+        depth,
+        six: force.zip(field).map(|(a, b)| [a, b]),
+        angles,
+        sag: find("sag_deg"),
+        axes,
+    };
     if columns.time.is_none() && columns.depth.is_none() {
         return Err("lacks a column md_m, md_ft or t_s".to_owned());
     }
@@ -167,7 +177,8 @@ fn row(columns: &Columns, record: &csv::StringRecord) -> Result<ReadStation, Str
     };
     let t_s = columns.time.map(number).transpose()?;
     let md_m = columns.depth.map(|(column, factor)| number(column).map(|md| md * factor)).transpose()?;
-    Ok(ReadStation { t_s, md_m, measured })
+    let sag_deg = columns.sag.map(number).transpose()?;
+    Ok(ReadStation { t_s, md_m, measured, sag_deg })
 }
 
 /// Depths of the bit by time, to give stations by time their depths.
@@ -198,6 +209,12 @@ impl DepthByTime {
             points.push([t + clock_s, md - offset_m]);
         }
         Ok(Self(points))
+    }
+
+    /// First and last time, by the tool's clock; `None` without a line.
+    #[must_use]
+    pub fn span_s(&self) -> Option<[f64; 2]> {
+        Some([self.0.first()?[0], self.0.last()?[0]])
     }
 
     /// Depth of the tool at a time, between the file's lines; `None` outside of it.

@@ -29,6 +29,10 @@ const FALL_M: f64 = 0.01;
 pub struct SurveyedRun {
     /// Name of the well.
     pub well: String,
+    /// Correction that was asked for.
+    pub correction: Correction,
+    /// Sag that was added to the inclinations, in words; `None` where none was.
+    pub sag: Option<String>,
     /// Origin of the reference.
     pub provenance: Provenance,
     /// Convergence of the grid, degrees; `None` without one: azimuths and positions then count from true north.
@@ -71,6 +75,10 @@ pub struct SurveyedStation {
     pub md_m: f64,
     /// Reference at this depth.
     pub reference: ReferenceAt,
+    /// Model that it comes from.
+    pub reference_model: String,
+    /// Day that the model was evaluated for.
+    pub reference_date: String,
     /// Mean force, m/s^2, and field, microtesla, tool axes; `None` if the file gave angles.
     pub readings: Option<[[f64; 3]; 2]>,
     /// Inclination and magnetic azimuth as measured.
@@ -115,6 +123,17 @@ pub struct SurveyedStation {
     pub ellipse: [f64; 3],
 }
 
+impl SurveyedRun {
+    /// What became of the sag, in words: how it is known, and what was added.
+    #[must_use]
+    pub fn sag_told(&self) -> String {
+        let Some(how) = &self.sag else { return "none corrected".to_owned() };
+        let added = || self.stations.iter().map(|station| station.sag_deg);
+        let (least, most) = (added().fold(f64::MAX, f64::min), added().fold(f64::MIN, f64::max));
+        format!("{how}; {least:.3} to {most:.3} deg are added to the measured inclinations")
+    }
+}
+
 /// A station between reading and path.
 struct Pending {
     read: ReadStation,
@@ -128,6 +147,7 @@ struct Pending {
 /// # Errors
 /// A station has no depth, or no usable gravity and field; the reference does not reach it.
 pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Reference) -> Result<SurveyedRun, Failure> {
+    let sag = sag_of(read, settings)?;
     let pending = pending(read, settings, reference)?;
     let mut warnings = reference.warnings.clone();
     if let (None, Some(first)) = (settings.start_m, pending.first())
@@ -143,7 +163,8 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         .map(|(k, pending)| {
             let place = places.iter().position(|&place| place == k);
             let doubted = report.as_ref().zip(place).is_some_and(|(report, place)| report.left_out >> place & 1 == 1);
-            directed(pending, settings, report.as_ref(), convergence_deg.unwrap_or(0.0), doubted)
+            let convergence_deg = convergence_deg.unwrap_or(0.0);
+            directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
     placed::agree(&mut stations);
@@ -156,6 +177,8 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     tool_codes.dedup();
     Ok(SurveyedRun {
         well: settings.well.clone(),
+        correction: settings.correction,
+        sag,
         provenance: reference.provenance().clone(),
         convergence_deg,
         vertical_section_deg,
@@ -164,6 +187,17 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         warnings,
         stations,
     })
+}
+
+/// How the sag is known, in words; `None` where none is to be added.
+fn sag_of(read: &[ReadStation], settings: &RunSettings) -> Result<Option<String>, Failure> {
+    match (read.iter().any(|station| station.sag_deg.is_some()), settings.sag) {
+        (true, Some(_)) => Err(Failure::BadInput(
+            "sag is given twice: leave out the stations' column sag_deg or the settings' table [sag]".to_owned(),
+        )),
+        (true, None) => Ok(Some("stated for each station (column sag_deg)".to_owned())),
+        (false, sag) => Ok(sag.map(|sag| sag.to_string())),
+    }
 }
 
 /// Gives each station its depth and its reference at its true vertical depth, by a path of the measured angles.
@@ -251,6 +285,7 @@ fn measured_angles(measured: &Measured) -> Option<[f64; 2]> {
 fn directed(
     pending: &Pending,
     settings: &RunSettings,
+    provenance: &Provenance,
     report: Option<&MultiStationReport>,
     convergence_deg: f64,
     doubted: bool,
@@ -260,7 +295,8 @@ fn directed(
     let corrected = pending.station.and_then(|station| report?.corrected(&station));
     let axial = pending.station.and_then(|station| AxialCorrection::of(&station, &settings.errors));
     let (inclination, azimuth, how) = chosen(settings, measured, corrected, axial, report);
-    let sag_deg = settings.sag.map_or(0.0, |sag| sag.correction_rad(inclination.value).to_degrees());
+    let modelled = || settings.sag.map(|sag| sag.correction_rad(inclination.value).to_degrees());
+    let sag_deg = pending.read.sag_deg.or_else(modelled).unwrap_or(0.0);
     let declination = libm::hypot(
         f64::from(settings.errors.declination_rad),
         f64::from(settings.errors.declination_rad_ut)
@@ -274,6 +310,8 @@ fn directed(
     SurveyedStation {
         md_m: pending.md_m,
         reference,
+        reference_model: provenance.model.clone(),
+        reference_date: provenance.date.clone(),
         readings: readings.map(|(force, field)| [force.into(), field.into()]),
         measured_deg: [measured[0].to_degrees(), turn(measured[1].to_degrees())],
         inclination_deg: inclination.value.to_degrees() + sag_deg,

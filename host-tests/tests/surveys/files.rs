@@ -94,6 +94,43 @@ fn every_file_has_every_station_and_text_cannot_break_it() {
     assert_eq!(json["stations"].as_array().unwrap().len(), 40);
 }
 
+/// Model and day of the reference stand with every station, in each format that has a place for them there.
+#[test]
+fn every_station_says_what_its_reference_is() {
+    let (_, run) = worked_out(5);
+    let full = files::csv::full(&run);
+    let mut table = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(full.as_bytes());
+    let header = table.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|column| column == name).unwrap();
+    let (model, date) = (column("reference_model"), column("reference_date"));
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    assert!(rows.len() == 40 && rows.iter().all(|row| &row[model] == "simulated" && &row[date] == "2026-06-01"));
+    let json: serde_json::Value = serde_json::from_str(&files::json(&run).unwrap()).unwrap();
+    for station in json["stations"].as_array().unwrap() {
+        assert_eq!(
+            (&station["reference_model"], &station["reference_date"]),
+            (&"simulated".into(), &"2026-06-01".into())
+        );
+    }
+    for text in [files::witsml1::witsml(&run), files::witsml2::witsml(&run)] {
+        let small = text.to_lowercase();
+        assert_eq!(small.matches("<magmodelused>simulated</magmodelused>").count(), 40);
+        assert_eq!(small.matches("<magmodelvalid>2026-06-01</magmodelvalid>").count(), 40);
+    }
+    let las = files::las::las(&run);
+    assert!(las.contains(" MODL. simulated :") && las.contains("2026-06-01"));
+}
+
+/// A name that no file could hold is refused where it is read.
+#[test]
+fn a_name_with_a_line_break_is_refused() {
+    assert!(RunSettings::parse("well = \"A\\nB\"\n").unwrap_err().to_string().contains("line break"));
+    let fixed = "[reference]\nmodel = \"fixed\"\nname = \"IFR\\u0001\"\ndate = \"2026-06-01\"\nfield_nt = 50000\n\
+                 dip_deg = 70\ndeclination_deg = 0\ngravity_m_s2 = 9.81\n";
+    let error = Reference::of(&RunSettings::parse(fixed).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("name of the reference"), "{error}");
+}
+
 /// Elements of a station in WITSML 1.4.1.1, in the order that its schema demands (`grp_trajectoryStation`, as open
 /// programs for that version list it), down to what is written here.
 const STATION_1_4_1_1: [&str; 57] = [
@@ -162,6 +199,11 @@ fn elements_of_a_witsml_1_station_are_the_schemas_in_its_order() {
         STATION_1_4_1_1.into_iter().chain(["varianceEE", "varianceEVert", "varianceVertVert"]).collect();
     let (_, run) = worked_out(5);
     let text = files::witsml1::witsml(&run);
+    // Values that the schema limits: a list of kinds, and identifiers without a space.
+    assert_eq!(text.matches("<typeTrajStation>magnetic MWD</typeTrajStation>").count(), 40);
+    let head = text.split("<nameWell>").next().unwrap();
+    let uids: Vec<&str> = head.split("uid").skip(1).map(|uid| uid.split('"').nth(1).unwrap()).collect();
+    assert!(uids.len() == 3 && uids.iter().all(|uid| uid.len() == 36 && !uid.contains(' ')), "{uids:?}");
     for station in text.split("<trajectoryStation ").skip(1) {
         let station = station.split("</trajectoryStation>").next().unwrap();
         let names: Vec<&str> = station
@@ -195,6 +237,8 @@ fn a_receiver_gets_a_record_of_each_station() {
         let item = |number: &str| -> f64 {
             record.lines().find_map(|line| line.strip_prefix(number)).unwrap().parse().unwrap()
         };
+        // Degrees in a hundred metres; and the hole's depth, which is not the station's, is not made up.
+        assert!((item("0720") - station.dogleg_deg_30m / 0.3).abs() < 6e-4 && !record.contains("\n0711"));
         assert!((item("0708") - station.md_m).abs() < 0.006 && (item("0713") - station.inclination_deg).abs() < 6e-4);
         assert!(
             (item("0715") - station.azimuth_deg).abs() < 6e-4 && (item("0718") - station.position_m[0]).abs() < 0.006

@@ -7,4 +7,6 @@ mod corrected_runs;
 mod files;
 mod forty_stations;
 mod independent_analysis;
+mod sag;
 mod standard_wells;
+mod traces;

@@ -58,6 +58,30 @@ fn level_to_the_east_is_the_no_go_zone_and_steep_in_the_meridian_is_not() {
     }
 }
 
+/// Azimuths near level that a maker of survey programs publishes (Innova Engineering, appendix C, "Axial and Cross Axial
+/// Magnetic Correction"): the correction must not be used within 20 deg of east and west, and has no limit up to 60 deg from
+/// the meridian. The former holds with the error model's drill string, the latter where a short collar lets in more.
+#[test]
+fn the_no_go_zone_has_the_published_azimuths() {
+    let errors = SurveyErrors::default();
+    let short_collar = SurveyErrors { axial_interference_ut: 1.0, ..errors };
+    let of = |inclination_deg: f32, azimuth_deg: f32, errors: &SurveyErrors| {
+        AxialCorrection::of(&station([inclination_deg.to_radians(), azimuth_deg.to_radians(), 1.0], 0.0), errors)
+    };
+    for inclination_deg in [75.0, 82.0, 90.0] {
+        for azimuth_deg in (70..=110).chain(250..=290).step_by(5).map(|deg| deg as f32) {
+            let found = of(inclination_deg, azimuth_deg, &errors);
+            assert!(found.is_none_or(|found| found.no_go), "{inclination_deg} {azimuth_deg} {found:?}");
+        }
+        // In the meridian itself the axial field does not touch the azimuth, and there is nothing to correct.
+        for azimuth_deg in (15..=60).chain(120..=165).chain(195..=240).chain(300..=345).step_by(5).map(|deg| deg as f32)
+        {
+            let found = of(inclination_deg, azimuth_deg, &short_collar);
+            assert!(found.is_some_and(|found| !found.no_go), "{inclination_deg} {azimuth_deg} {found:?}");
+        }
+    }
+}
+
 /// Draws errors of sensors and reference from the error model: the stated sigmas are those of the azimuths' errors.
 #[test]
 fn the_sigma_of_a_corrected_azimuth_is_that_of_its_errors() {

@@ -1,7 +1,10 @@
 //! A run of surveys as a page: path, uncertainty, quality.
 
 use super::{Chart, Page, Series, escape::escape, path_in_space, table};
-use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
+use crate::surveys::{
+    settings::Correction,
+    surveyed::{SurveyedRun, SurveyedStation},
+};
 
 /// The whole page.
 #[must_use]
@@ -51,6 +54,7 @@ pub fn page(run: &SurveyedRun) -> String {
         ("day", provenance.date.clone()),
         ("place", provenance.place.clone()),
         ("tool code", run.tool_codes.join(", ")),
+        ("sag", run.sag_told()),
     ];
     let known = rows.into_iter().filter(|(_, what)| !what.is_empty());
     page.add(&table(&["", ""], known.map(|(name, what)| (false, vec![name.to_owned(), what]))));
@@ -62,14 +66,21 @@ fn first_screen(run: &SurveyedRun) -> String {
     let Some(last) = run.stations.last() else { return "<h1>No station</h1>\n".to_owned() };
     let doubted = run.stations.iter().filter(|station| station.doubted).count();
     let no_go = run.stations.iter().filter(|station| station.axial_no_go == Some(true)).count();
-    let (class, verdict) = match (doubted, run.warnings.len()) {
-        (0, 0) => ("good", format!("{} stations agree with each other.", run.stations.len())),
-        (0, _) => ("caution", "The stations agree, but something about the run is assumed or doubtful.".to_owned()),
-        _ => ("caution", format!("{doubted} of {} stations are contradicted by the others.", run.stations.len())),
+    let count = run.stations.len();
+    let (class, verdict) = match (&run.analysis, doubted, run.warnings.len()) {
+        (_, 1.., _) => ("caution", format!("{doubted} of {count} stations are contradicted by the others.")),
+        (None, _, _) => ("caution", format!("{count} stations, not checked against each other.")),
+        (Some(_), _, 0) => ("good", format!("{count} stations agree with each other.")),
+        (Some(_), ..) => {
+            ("caution", "The stations agree, but something about the run is assumed or doubtful.".to_owned())
+        }
     };
     let mut reasons = run.warnings.clone();
-    if no_go > 0 {
-        reasons.push(format!("{no_go} stations are where the short-collar correction cannot be trusted."));
+    if let Some(analysis) = &run.analysis {
+        reasons.push(format!("Azimuths are {}; inclinations are {}.", analysis.azimuth, analysis.inclination));
+    }
+    if run.correction == Correction::Axial {
+        reasons.push(format!("{no_go} of {count} stations are in the no-go zone of the short-collar correction."));
     }
     let items: String =
         reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&super::sentence(reason)))).collect();
@@ -111,8 +122,13 @@ fn charts(page: &mut Page, run: &SurveyedRun) {
     let measured = series("as measured", "before", |s| Some([s.measured_deg[0], 0.0]));
     let corrected = series("corrected", "after", |s| Some([s.inclination_deg, s.sigma_inclination_deg.unwrap_or(0.0)]));
     page.chart(Chart::new("Inclination", "deg", "", vec![measured, corrected]));
+    // The measured azimuth from the same north; beside the corrected one, not a turn away.
+    let measured = series("as measured", "before", |s| {
+        let off_deg = libm::remainder(s.measured_deg[1] - s.magnetic_azimuth_deg, 360.0);
+        Some([s.azimuth_deg + off_deg, 0.0])
+    });
     let azimuth = series("corrected", "after", |s| Some([s.azimuth_deg, s.sigma_azimuth_deg.unwrap_or(0.0)]));
-    page.chart(Chart::new("Azimuth", "deg", "From the north that positions count from.", vec![azimuth]));
+    page.chart(Chart::new("Azimuth", "deg", "From the north that positions count from.", vec![measured, azimuth]));
     let dogleg = series("dogleg", "x", |s| Some([s.dogleg_deg_30m, 0.0]));
     page.chart(Chart::new("Dogleg severity", "deg/30 m", "Bend since the station before.", vec![dogleg]).of_sizes());
     let off: [(&str, &str, &str, Figure); 3] = [
@@ -138,9 +154,12 @@ fn charts(page: &mut Page, run: &SurveyedRun) {
 fn stations(run: &SurveyedRun) -> String {
     let sigma =
         |x: f64, sigma: Option<f64>| sigma.map_or_else(|| format!("{x:.2}"), |sigma| format!("{x:.2} ± {sigma:.2}"));
+    // Only where some was added: else the column says nothing.
+    let sags = run.sag.is_some();
     let head = [
         "depth, m",
         "inclination, deg",
+        "sag in it, deg",
         "azimuth, deg",
         "TVD, m",
         "north, m",
@@ -152,10 +171,16 @@ fn stations(run: &SurveyedRun) -> String {
     let rows = run.stations.iter().map(|s| {
         let [n, e, tvd] = s.position_m.map(|x| format!("{x:.2}"));
         let [major, minor, azimuth] = s.ellipse;
-        let remark = if s.doubted { "contradicted by the others" } else { s.corrected };
+        let remark = match (s.doubted, s.corrected) {
+            (true, _) => "contradicted by the others",
+            (false, "no") => "azimuth as measured",
+            (false, "axial") => "short-collar correction",
+            (false, _) => "multi-station correction",
+        };
         let cells = vec![
             format!("{:.2}", s.md_m),
             sigma(s.inclination_deg, s.sigma_inclination_deg),
+            format!("{:.3}", s.sag_deg),
             sigma(s.azimuth_deg, s.sigma_azimuth_deg),
             tvd,
             n,
@@ -164,9 +189,17 @@ fn stations(run: &SurveyedRun) -> String {
             format!("{major:.2} x {minor:.2} at {azimuth:.0}"),
             remark.to_owned(),
         ];
-        (s.doubted, cells)
+        (s.doubted, shown(cells, sags))
     });
-    table(&head, rows)
+    table(&shown(head.to_vec(), sags), rows)
+}
+
+/// A row with the column of the sag, the third, or without it.
+fn shown<T>(mut row: Vec<T>, sags: bool) -> Vec<T> {
+    if !sags {
+        row.remove(2);
+    }
+    row
 }
 
 /// Middle in the plot's numbers, and half axes with the major one's azimuth, degrees.

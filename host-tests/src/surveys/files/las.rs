@@ -9,13 +9,14 @@ const NULL: f64 = -999.25;
 /// Curves: mnemonic, unit, description, value.
 type Curve = (&'static str, &'static str, &'static str, fn(&SurveyedStation) -> f64);
 
-const CURVES: [Curve; 14] = [
+const CURVES: [Curve; 15] = [
     ("DEPT", "M", "Measured depth", |s| s.md_m),
     ("INCL", "DEG", "Inclination", |s| s.inclination_deg),
     ("AZIM", "DEG", "Azimuth from the north of positions", |s| s.azimuth_deg),
     ("AZMM", "DEG", "Azimuth from magnetic north", |s| s.magnetic_azimuth_deg),
     ("SINC", "DEG", "Standard deviation of INCL", |s| s.sigma_inclination_deg.unwrap_or(NULL)),
     ("SAZI", "DEG", "Standard deviation of AZIM", |s| s.sigma_azimuth_deg.unwrap_or(NULL)),
+    ("SAG", "DEG", "Sag that INCL has, added to the measured", |s| s.sag_deg),
     ("GTF", "DEG", "Gravity toolface", |s| s.gravity_toolface_deg.unwrap_or(NULL)),
     ("TVD", "M", "True vertical depth", |s| s.position_m[2]),
     ("NS", "M", "North of the start", |s| s.position_m[0]),
@@ -58,9 +59,10 @@ pub fn las(run: &SurveyedRun) -> String {
     push(
         &mut text,
         format_args!(
-            "~PARAMETER INFORMATION\n MODL. {} : Reference model\n AZRF. {north} : North of AZIM, NS and EW\n \
+            "~PARAMETER INFORMATION\n MODL. {} : Reference model\n SAGC. {} : Sag of the bottom-hole assembly\n AZRF. {north} : North of AZIM, NS and EW\n \
              VSAZ.DEG {:.3} : Azimuth of VSEC\n~ASCII LOG DATA\n",
             one_line(&run.provenance.model),
+            one_line(&run.sag_told()),
             run.vertical_section_deg
         ),
     );

@@ -3,9 +3,9 @@
 pub mod csv;
 pub mod las;
 pub mod wits0;
+mod witsml;
 pub mod witsml1;
 pub mod witsml2;
-mod xml;
 
 use std::{fmt::Write as _, path::Path};
 

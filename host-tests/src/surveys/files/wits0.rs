@@ -11,14 +11,19 @@ use std::{
 use super::push;
 use crate::{
     failure::Failure,
-    surveys::surveyed::{SurveyedRun, SurveyedStation},
+    surveys::{
+        path::DOGLEG_LENGTH_M,
+        surveyed::{SurveyedRun, SurveyedStation},
+    },
 };
 
 /// Time in which the receiver must take what is sent.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Items of record 7: number, value, decimals. Lengths in metres, angles in degrees.
-fn items(s: &SurveyedStation) -> [(u8, Option<f64>, usize); 10] {
+/// Items of record 7: number, value, decimals. Lengths in metres, angles in degrees, doglegs in the metric unit DGHM,
+/// read as degrees in a hundred metres as its twin DGHF is in a hundred feet. Items and units are those of the dictionary
+/// in <https://github.com/mwdstd/mwdstdwits>; the specification itself was not at hand.
+fn items(s: &SurveyedStation) -> [(u8, Option<f64>, usize); 9] {
     let [north, east, tvd] = s.position_m;
     [
         // Survey depth, measured and vertical.
@@ -32,9 +37,8 @@ fn items(s: &SurveyedStation) -> [(u8, Option<f64>, usize); 10] {
         (17, s.gravity_toolface_deg, 1),
         (18, Some(north), 2),
         (19, Some(east), 2),
-        // Dogleg, degrees over 30 m.
-        (20, Some(s.dogleg_deg_30m), 3),
-        (11, Some(s.md_m), 2),
+        (20, Some(s.dogleg_deg_30m * (100.0 / DOGLEG_LENGTH_M)), 3),
+        // Item 11, the hole's depth while the survey was taken, is not known here.
     ]
 }
 
@@ -42,10 +46,9 @@ fn items(s: &SurveyedStation) -> [(u8, Option<f64>, usize); 10] {
 #[must_use]
 pub fn records(run: &SurveyedRun) -> String {
     let mut text = String::new();
-    // One item a line: a line break in the name would begin another.
-    let well: String = run.well.chars().filter(|c| !c.is_control()).take(16).collect();
+    let well: String = run.well.chars().take(16).map(|c| if c.is_ascii() { c } else { '?' }).collect();
     for (k, station) in run.stations.iter().enumerate() {
-        push(&mut text, format_args!("&&\r\n0701{well}\r\n0703 7\r\n0704{}\r\n", k + 1));
+        push(&mut text, format_args!("&&\r\n0701{well}\r\n07037\r\n0704{}\r\n", k + 1));
         let mut items = items(station);
         items.sort_by_key(|item| item.0);
         for (item, value, decimals) in items {
