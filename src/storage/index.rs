@@ -116,6 +116,8 @@ pub(super) struct Index {
     /// Number and place of the newest dose.
     pub dose: Option<(u32, Place)>,
     pub last_number: u32,
+    /// Record that was noted last, and the granule behind it.
+    pub last: Option<(Place, u16)>,
     pub counts: ScanCounts,
 }
 
@@ -149,13 +151,14 @@ impl Index {
             retired: 0,
         };
         let (counter, retired) = (Rising::NONE, Rising::NONE);
-        Self { kept: [None; KEPT], counter, retired, dose: None, last_number: 0, counts }
+        Self { kept: [None; KEPT], counter, retired, dose: None, last_number: 0, last: None, counts }
     }
 
     /// Notes a whole record. The order of the records does not matter.
     pub fn note(&mut self, header: &Header, payload: &[u8], place: Place, limits: &Limits) {
         let counts = &mut self.counts;
         counts.records = counts.records.saturating_add(1);
+        self.last = Some((place, place.granule + header.granules()));
         if header.number > self.last_number {
             self.last_number = header.number;
         }

@@ -120,6 +120,11 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let damaged = store.read_sectors()?;
         store.index = store.scan(None);
         store.index.counts.damaged = damaged;
+        // The scan may have read a record whole that was damage when its sector was read.
+        let ends = |(place, end): &(Place, u16)| {
+            store.sectors.get(usize::from(place.sector)).is_some_and(|sector| sector.free == *end)
+        };
+        store.last_found = store.index.last.filter(ends).map(|(place, _)| place).or(store.last_found);
         Ok(store)
     }
 

@@ -271,15 +271,17 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
     owner.types(&["configure-survey", &probe.at("survey.toml")], "accepted");
 }
 
-/// At rest a sensor fails, and nobody can tell any more whether it is drilled with.
+/// At rest a sensor fails, and then the tool drills: nobody can tell any more.
 #[test]
 fn a_sensor_that_failed_at_rest_lets_no_erasure_through() {
     let Some(mut probe) = LiveProbe::new() else { return };
-    let (config, samples) = drilled(11.0, 240.0, 5);
+    let (config, samples) = drilled(11.0, 60.0, 5);
+    let (_, drilling) = drilled(260.0, 0.0, 5);
+    let rest = &samples[12 * 200..52 * 200];
     for missing in [SampleFlags::ACCEL_MISSING, SampleFlags::GYRO_MISSING] {
-        let mut rest = samples[12 * 200..].to_vec();
-        rest[40 * 200..].iter_mut().for_each(|sample| sample.flags.insert(missing));
-        probe.power_up(&run(config, Some(KEY)), &rest);
+        let mut samples = [rest, &drilling[20 * 200..260 * 200]].concat();
+        samples[40 * 200..].iter_mut().for_each(|sample| sample.flags.insert(missing));
+        probe.power_up(&run(config, Some(KEY)), &samples);
         let mut host = probe.host();
         at_rest(&mut host);
         let erase = Command::Erase { what: Erasure::Models };

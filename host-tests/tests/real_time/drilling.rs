@@ -19,10 +19,15 @@ pub const PERIOD_US: u64 = 5_000;
 
 /// A configuration and samples with the times that the probe's sample clock gives them.
 pub fn drilling(duration_s: f64, seed: u64) -> (Config, Vec<Sample>) {
-    let scenario = Scenario { duration_s, sample_period_us: PERIOD_US as u32, ..scenario("drilling_45deg") };
+    drilling_at(PERIOD_US, duration_s, seed)
+}
+
+/// The same at another sample rate.
+pub fn drilling_at(period_us: u64, duration_s: f64, seed: u64) -> (Config, Vec<Sample>) {
+    let scenario = Scenario { duration_s, sample_period_us: period_us as u32, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, seed);
     let config = configuration::of_trace(&trace);
-    let samples = trace.samples.iter().zip(1..).map(|(sample, k)| Sample { t_us: k * PERIOD_US, ..*sample });
+    let samples = trace.samples.iter().zip(1..).map(|(sample, k)| Sample { t_us: k * period_us, ..*sample });
     (config, samples.collect())
 }
 

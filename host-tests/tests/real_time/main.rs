@@ -13,6 +13,7 @@ mod every_sample;
 mod live;
 mod logged;
 mod memory;
+mod overload;
 mod provisioning;
 mod received;
 mod recorded;

@@ -163,8 +163,8 @@ fn a_torn_model_that_flickers_does_not_hide_the_whole_one_before_it() {
         prepare(&mut store);
         let older = dice.model(2, 1, 1);
         store.store_model(&older).unwrap();
-        // Now and then the older one stands in the sector that is erased next.
-        for counter in 1..=u64::from(dice.below(2)) * 120 {
+        // In every second history the older one stands in a full sector, which is erased next.
+        for counter in 1..=u64::from(dice.below(2)) * COUNTERS_OF_A_SECTOR {
             store.store_counter(counter).unwrap();
         }
         let newer = dice.model(2, 1, 2);

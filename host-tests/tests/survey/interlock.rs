@@ -11,6 +11,7 @@ use meerkat_mwd::{
 use crate::tool::{Draw, into_tool};
 
 const STEP_US: u64 = 5_000;
+const TEN_MINUTES_US: u64 = 600_000_000;
 const RESTS_S: f64 = 30.0;
 /// Longest that a sensor's failure may go unnoticed: a frozen gyro is told from a quiet one within a second.
 const NOTICED_S: f64 = 1.2;
@@ -69,13 +70,12 @@ impl Tool {
     }
 }
 
-/// Share of ten minutes, once the failure must have been noticed, in which the gate would have let an erasure
-/// through.
+/// Samples of ten minutes, once the failure must have been noticed, at which the gate would have let an erasure through.
 fn let_through(drills: bool, fail: impl Fn(&mut Sample, &Sample) + Copy) -> usize {
     let mut tool = Tool::rested();
     let begin = (RESTS_S * 1e6) as u64;
     let mut times = 0;
-    for k in 1..=(60_000_000 / STEP_US) {
+    for k in 1..=TEN_MINUTES_US / STEP_US {
         let t_us = begin + k * STEP_US;
         tool.read(t_us, drills, fail);
         let late = (t_us - begin) as f64 * 1e-6 > NOTICED_S;

@@ -1,6 +1,6 @@
 //! What the gate lets through.
 
-use crate::flown::{self, Decoder};
+use crate::frames::{self, Decoder};
 use meerkat_mwd::{
     Config,
     config::SurveyConfig,
@@ -321,7 +321,7 @@ proptest! {
 
 #[test]
 fn commands_pass_a_receiver_of_the_probes_size() {
-    let frames = flown::frames(&mut Decoder::new(), &every_command_on_line());
+    let frames = frames::frames(&mut Decoder::new(), &every_command_on_line());
     let longest = frames.iter().map(|(_, _, payload)| payload.len() + 7).max();
     println!("the longest command takes {longest:?} bytes of a receiver");
     assert_eq!(frames.len(), harmless().len() + calibrating().len());

@@ -4,8 +4,8 @@
 //! does.
 
 use crate::{
-    commands,
-    flown::{self, Decoder},
+    commands, flown,
+    frames::{self, Decoder},
 };
 use meerkat_mwd::telemetry::{AttitudeFormat, FrameDecoder, Kind};
 use rand_core::{Rng, SeedableRng};
@@ -21,7 +21,7 @@ struct OnLine {
 fn split(bytes: &[u8]) -> Vec<OnLine> {
     let bytes = bytes.strip_prefix(&[0]).unwrap_or(bytes);
     let frames = bytes.split_inclusive(|&byte| byte == 0).map(|bytes| {
-        let says = flown::frames(&mut Decoder::new(), bytes);
+        let says = frames::frames(&mut Decoder::new(), bytes);
         assert_eq!(says.len(), 1);
         OnLine { bytes: bytes.to_vec(), says: says[0].clone() }
     });
@@ -57,9 +57,9 @@ fn single_bytes(frames: &[OnLine]) -> u64 {
                 bytes[place] = wrong;
                 tried += 1;
                 let mut decoder = Decoder::new();
-                let mut accepted = flown::frames(&mut decoder, &bytes);
-                accepted.extend(flown::frames(&mut decoder, &following[0].bytes));
-                accepted.extend(flown::frames(&mut decoder, &following[1].bytes));
+                let mut accepted = frames::frames(&mut decoder, &bytes);
+                accepted.extend(frames::frames(&mut decoder, &following[0].bytes));
+                accepted.extend(frames::frames(&mut decoder, &following[1].bytes));
                 let last = place + 1 == bytes.len();
                 let expected: &[&OnLine] = if last { &following[1..] } else { &following };
                 // Some codes of COBS may be changed without a change of what is said.
@@ -143,7 +143,7 @@ fn random_damage(frames: &[OnLine], times: u32, seed: u64) {
             starts.push(bytes.len());
         }
         let (from, to) = damage(&mut bytes, &mut rng);
-        let accepted = flown::frames(&mut Decoder::new(), &bytes);
+        let accepted = frames::frames(&mut Decoder::new(), &bytes);
 
         let mut expected = run.iter().map(|frame| &frame.says);
         assert!(accepted.iter().all(|said| expected.any(|sent| sent == said)), "something else, or another order");
@@ -177,9 +177,9 @@ fn noise_is_no_frame_and_costs_none_behind_its_zero() {
     let mut decoder = Decoder::new();
     for _ in 0..2_000 {
         let noise: Vec<u8> = (0..rng.next_u32() % 3_000).map(|_| rng.next_u32() as u8).collect();
-        assert!(flown::frames(&mut decoder, &noise).is_empty());
-        assert!(flown::frames(&mut decoder, &[0]).is_empty());
-        assert_eq!(flown::frames(&mut decoder, &frame.bytes), std::slice::from_ref(&frame.says));
+        assert!(frames::frames(&mut decoder, &noise).is_empty());
+        assert!(frames::frames(&mut decoder, &[0]).is_empty());
+        assert_eq!(frames::frames(&mut decoder, &frame.bytes), std::slice::from_ref(&frame.says));
     }
     assert!(decoder.counters().bad > 0 && decoder.counters().oversize > 0);
 }
@@ -204,13 +204,13 @@ fn missing_numbers_are_counted_and_a_boot_begins_anew() {
     let frames = telemetry();
     let mut decoder = Decoder::new();
     for index in [0, 1, 2, 5, 6, 10] {
-        flown::frames(&mut decoder, &frames[index].bytes);
+        frames::frames(&mut decoder, &frames[index].bytes);
     }
     assert_eq!((decoder.counters().lost, decoder.counters().frames), (2 + 3, 6));
-    flown::frames(&mut decoder, &frames[0].bytes);
-    flown::frames(&mut decoder, &frames[1].bytes);
+    frames::frames(&mut decoder, &frames[0].bytes);
+    frames::frames(&mut decoder, &frames[1].bytes);
     assert_eq!((decoder.counters().lost, decoder.counters().restarts), (5, 0));
-    flown::frames(&mut decoder, &frames[8].bytes);
-    flown::frames(&mut decoder, &frames[4].bytes);
+    frames::frames(&mut decoder, &frames[8].bytes);
+    frames::frames(&mut decoder, &frames[4].bytes);
     assert_eq!((decoder.counters().lost, decoder.counters().restarts), (11, 1));
 }

@@ -4,17 +4,12 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     config::SurveyConfig,
     survey::{SurveyNews, Surveyor},
-    telemetry::{
-        AttitudeFormat, Boot, FrameDecoder, Health, Identification, MAX_DECODED, MAX_FRAME, Message, StreamConfig,
-        TelemetryQueue,
-    },
+    telemetry::{AttitudeFormat, Boot, Health, Identification, MAX_FRAME, StreamConfig, TelemetryQueue},
 };
 use mwd::{
     flight::configuration::of_trace,
     trace::{Trace, recordings},
 };
-
-pub type Decoder = FrameDecoder<MAX_DECODED>;
 
 pub fn recording(name: &str) -> (Config, Vec<Sample>) {
     let path = recordings::bundled().unwrap().into_iter().find(|path| recordings::name(path).contains(name)).unwrap();
@@ -77,29 +72,4 @@ pub fn stream(config: &Config, samples: &[Sample], format: AttitudeFormat) -> Ve
         }
     }
     bytes
-}
-
-/// Every frame in the bytes: kind, sequence, payload.
-pub fn frames(decoder: &mut Decoder, bytes: &[u8]) -> Vec<(u8, u16, Vec<u8>)> {
-    let mut found = Vec::new();
-    for &byte in bytes {
-        if let Some(frame) = decoder.push(byte) {
-            found.push((frame.kind, frame.sequence, frame.payload.to_vec()));
-        }
-    }
-    found
-}
-
-/// Every message in the bytes.
-pub fn messages(bytes: &[u8]) -> Vec<Message> {
-    let mut decoder = Decoder::new();
-    let mut found = Vec::new();
-    for &byte in bytes {
-        if let Some(frame) = decoder.push(byte) {
-            found.push(Message::decode(&frame).unwrap());
-        }
-    }
-    let counters = decoder.counters();
-    assert_eq!((counters.bad, counters.lost, counters.oversize, counters.restarts), (0, 0, 0, 0));
-    found
 }

@@ -6,6 +6,7 @@ mod rig;
 mod commands;
 mod corruption;
 mod flown;
+mod frames;
 mod live_page;
 mod messages;
 mod played_probe;

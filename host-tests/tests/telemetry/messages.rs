@@ -1,6 +1,9 @@
 //! What a flight says arrives, and fits.
 
-use crate::flown::{self, Decoder};
+use crate::{
+    flown,
+    frames::{self, Decoder},
+};
 use meerkat_mwd::{
     Config,
     attitude::{Attitude, AttitudeFlags},
@@ -20,7 +23,7 @@ fn what_a_flight_says_arrives() {
     let flight = mwd::flight::fly(&config, &samples, |_| ()).unwrap();
     for format in [AttitudeFormat::Compact, AttitudeFormat::Exact] {
         let bytes = flown::stream(&config, &samples, format);
-        let messages = flown::messages(&bytes);
+        let messages = frames::messages(&bytes);
         assert_eq!(messages.first(), Some(&Message::Boot(Boot::new(config))));
         let (mut raw, mut reports, mut diagnoses, mut surveys, mut attitudes) =
             (vec![], vec![], vec![], vec![], vec![]);
@@ -58,11 +61,11 @@ fn the_longest_payloads_fit() {
     let bytes = flown::stream(&config, &samples, AttitudeFormat::Compact);
     let mut buffer = [0; 4096];
     let mut longest: std::collections::BTreeMap<u8, usize> = std::collections::BTreeMap::new();
-    for (kind, _, payload) in flown::frames(&mut Decoder::new(), &bytes) {
+    for (kind, _, payload) in frames::frames(&mut Decoder::new(), &bytes) {
         let most = longest.entry(kind).or_default();
         *most = payload.len().max(*most);
     }
-    let diagnosis = flown::messages(&bytes).into_iter().find_map(|message| match message {
+    let diagnosis = frames::messages(&bytes).into_iter().find_map(|message| match message {
         Message::Diagnosis(report) => Some(report),
         _ => None,
     });

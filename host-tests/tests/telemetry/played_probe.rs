@@ -2,7 +2,7 @@
 
 use crate::{
     commands::{Counters, PROBE, key},
-    flown::Decoder,
+    frames::Decoder,
 };
 use meerkat_mwd::{
     Config, Probe, Sample,

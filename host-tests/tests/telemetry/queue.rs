@@ -1,6 +1,6 @@
 //! A slow line: what goes, what stays, how fast and how late.
 
-use crate::flown::Decoder;
+use crate::frames::Decoder;
 use meerkat_mwd::{
     Sample,
     probe::Output,

@@ -1,6 +1,6 @@
 //! What the probe computed can be computed again, to the last bit, from what it sent.
 
-use crate::{flown, rig::program::mwd};
+use crate::{flown, frames, rig::program::mwd};
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
     telemetry::{AttitudeFormat, Boot, Message, RawSample},
@@ -14,7 +14,7 @@ use std::{fs, path::Path};
 /// Records the bytes of a line, replays the trace, and compares attitude files.
 fn recorded_and_replayed(config: &Config, samples: &[Sample]) {
     let bytes = flown::stream(config, samples, AttitudeFormat::Exact);
-    let outputs: Vec<_> = flown::messages(&bytes)
+    let outputs: Vec<_> = frames::messages(&bytes)
         .into_iter()
         .filter_map(|message| if let Message::Output(output) = message { Some(output) } else { None })
         .collect();
@@ -80,8 +80,8 @@ fn damage_and_losses_are_told() {
     // Three raw samples, which are every other frame from the second on: one is lost, one damaged, one both
     // is late and was there.
     let sample = |frame: &Vec<u8>| {
-        let mut decoder = flown::Decoder::new();
-        flown::frames(&mut decoder, frame).first().is_some_and(|(kind, ..)| *kind == 4)
+        let mut decoder = frames::Decoder::new();
+        frames::frames(&mut decoder, frame).first().is_some_and(|(kind, ..)| *kind == 4)
     };
     let places: Vec<usize> = (0..frames.len()).filter(|&index| sample(&frames[index])).collect();
     frames[places[100]][5] ^= 4;

@@ -4,7 +4,9 @@
 mod acquisition;
 pub mod chip;
 mod flash;
+mod flash_registers;
 mod port;
+mod watchdog_time;
 
 use crate::{
     fault, reset_record,
@@ -16,7 +18,7 @@ use crate::{
 use core::mem::MaybeUninit;
 use cortex_m::{Peripherals as Core, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
-use flash::{FactoryFlash, ModelFlash};
+use flash_registers::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
     application::{
@@ -33,14 +35,9 @@ use stm32f4xx_hal::{
     serial::Config as SerialConfig,
     watchdog::IndependentWatchdog,
 };
+use watchdog_time::WATCHDOG_MS;
 
 const BAUD: u32 = 921_600;
-/// Time of the watchdog at its oscillator's nominal 32 kHz, milliseconds. The oscillator has 17 to 47 kHz (DS8626,
-/// low-speed internal RC oscillator), so the watchdog waits for 1.02 to 2.82 s.
-const WATCHDOG_MS: u32 = 1_500;
-/// Longest call of `ModelStore::prepare`, milliseconds: its timing budget.
-const PREPARATION_MS: u32 = 700;
-const _: () = assert!(WATCHDOG_MS * 32 / 47 > PREPARATION_MS, "the fastest watchdog has to outlast an erasure");
 /// The unique device number (RM0090, section 39.1).
 const UNIQUE_NUMBER: *const [u32; 3] = 0x1fff_7a10 as *const [u32; 3];
 
@@ -89,8 +86,8 @@ fn main() -> ! {
     port::start(line, to_port, from_port);
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
-    let models = ModelFlash(chip.FLASH);
-    let mut region = FactoryFlash;
+    let models = flash::ModelFlash(chip.FLASH);
+    let mut region = flash::FactoryFlash(flash_registers::again());
     let factory = factory_records(&mut region);
     let settings = Settings {
         config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },

@@ -2,7 +2,7 @@
 
 pub use super::{
     acquisition::{Inertial, Magnetic},
-    flash::{FactoryFlash, ModelFlash},
+    flash_registers::{FactoryFlash, ModelFlash},
     port::wake,
 };
 pub use crate::sample_clock::systick::now_us;

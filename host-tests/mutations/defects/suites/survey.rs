@@ -1,0 +1,7 @@
+//! Of the tests of surveys: whether the tool stands still.
+#![allow(dead_code)]
+
+#[path = "../../../tests/survey/interlock.rs"]
+mod interlock;
+#[path = "../../../tests/survey/tool.rs"]
+mod tool;

@@ -1,0 +1,13 @@
+//! The firmware's own program on a board of this machine: single troubles, each at its worst. All of them at once, by
+//! chance: `tests/whole_probe.rs`.
+#![allow(clippy::unwrap_used)]
+
+mod desk_board;
+#[path = "../storage/models.rs"]
+#[allow(dead_code)]
+mod models;
+mod overload;
+mod requests;
+mod start;
+mod stm32f405_flash;
+mod time_stamps;
