@@ -3,7 +3,7 @@
 
 use mwd::{
     bench::seeds::each_seed,
-    whole_probe::{KINDS, Tally, VIOLATIONS, fly},
+    whole_probe::{KINDS, Tally, VIOLATIONS, fly, fly_day},
 };
 
 const SEEDS: u64 = 1_000;
@@ -32,4 +32,17 @@ fn a_seed_gives_the_same_bytes_every_time() {
     let (one, again, other) = (fly(7).unwrap(), fly(7).unwrap(), fly(8).unwrap());
     assert_eq!(one, again);
     assert_ne!(one.digest, other.digest);
+}
+
+/// So many that a clock of microseconds in 32 bits wraps, and at real proportions: the first hours of some days.
+#[test]
+fn what_has_to_hold_holds_at_real_proportions() {
+    let mut all = Tally::default();
+    for (seed, run) in each_seed(0..4, |seed| fly_day(seed, 4_500.0)).unwrap().iter().enumerate() {
+        assert_eq!(run.tally.all_violations(), 0, "day {seed}: {:?}", run.tally.first);
+        all.add(&run.tally);
+    }
+    println!("{all:#?}");
+    assert!(all.longest_us > 1 << 32, "no start lasts longer than {} us", all.longest_us);
+    assert!(all.models > 0 && all.restored > 0, "{} models stored, {} restored", all.models, all.restored);
 }

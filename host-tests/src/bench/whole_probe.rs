@@ -6,7 +6,7 @@ use super::{
     seeds::each_seed,
     table::{Cell, Table, median_and_worst},
 };
-use crate::whole_probe::{KINDS, Tally, VIOLATIONS, fly, static_bytes};
+use crate::whole_probe::{DAY_S, KINDS, Run, Tally, VIOLATIONS, fly, fly_day, static_bytes};
 use anyhow::bail;
 use serde::{Deserialize, Serialize};
 use std::{ops::Range, time::Instant};
@@ -23,24 +23,62 @@ struct Flown {
     seconds: f64,
 }
 
+/// Most days at real proportions, and the seeds in compressed time for each of them.
+const DAYS: u64 = 20;
+const SEEDS_A_DAY: u64 = 50;
+
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.seeds(1_000);
+    let number = seeds.end - seeds.start;
+    let all = sum(each_block("whole_probe", seeds.clone(), |block| fly_all(block, fly))?, number)?;
+    // Fewer seeds than belong to a day fly the first hours of one.
+    let days = number.div_ceil(SEEDS_A_DAY).min(DAYS);
+    let length_s = DAY_S * (number as f64 / SEEDS_A_DAY as f64).min(1.0);
+    let of_days = fly_all(seeds.start..seeds.start + days, |seed| fly_day(seed, length_s))?;
+    let of_days = sum(vec![of_days], days)?;
+    let hours = length_s / 3_600.0;
+    let mut by_seed = flown(&all.tally);
+    let seeds_per_s = Cell::number(number as f64 / all.seconds, 1);
+    by_seed.row([Cell::from("seeds a second of this machine, which did other work beside"), seeds_per_s]);
+    let mut by_day = flown(&of_days.tally);
+    for (name, number, decimals) in [
+        ("longest time from a start to its end, h", of_days.tally.longest_us as f64 / 3.6e9, 1),
+        ("most erasures of a sector of the flash in one of these runs", of_days.tally.erasures as f64, 0),
+        ("most commands sent in one of them, numbered by 16 bits from 65,435", of_days.tally.frames as f64, 0),
+        ("hours a second of this machine, which did other work beside", days as f64 * hours / of_days.seconds, 1),
+    ] {
+        by_day.row([Cell::from(name), Cell::number(number, decimals)]);
+    }
+    Ok(vec![
+        checks(&all.tally, format!("The whole probe under attack, {number} seeds: what has to hold")),
+        troubles(&all.tally),
+        by_seed,
+        checks(&of_days.tally, format!("{days} times {hours:.1} hours at real proportions: what has to hold")),
+        troubles(&of_days.tally),
+        by_day,
+    ])
+}
+
+/// What all blocks of so many seeds gave.
+///
+/// # Errors
+/// Something did not hold.
+fn sum(blocks: Vec<Flown>, seeds: u64) -> anyhow::Result<Flown> {
     let mut all = Flown::default();
-    for block in each_block("whole_probe", seeds.clone(), fly_all)? {
+    for block in blocks {
         all.tally.add(&block.tally);
         all.failed.extend(block.failed);
         all.seconds += block.seconds;
     }
-    let Flown { tally, failed, seconds } = all;
-    let seeds = seeds.end - seeds.start;
-    if !failed.is_empty() {
-        let listed = failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
-        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{}", failed.len(), checks(&tally, seeds));
+    if !all.failed.is_empty() {
+        let listed = all.failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
+        let table = checks(&all.tally, "What has to hold".to_owned());
+        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{table}", all.failed.len());
     }
-    Ok(vec![checks(&tally, seeds), troubles(&tally), flown(&tally, seeds as f64 / seconds)])
+    Ok(all)
 }
 
-fn fly_all(seeds: Range<u64>) -> anyhow::Result<Flown> {
+fn fly_all(seeds: Range<u64>, fly: impl Fn(u64) -> anyhow::Result<Run> + Sync) -> anyhow::Result<Flown> {
     let begun = Instant::now();
     let mut all = Flown::default();
     for (seed, run) in seeds.clone().zip(each_seed(seeds, fly)?) {
@@ -60,8 +98,7 @@ fn count(number: u64) -> Cell {
     Cell::number(number as f64, 0)
 }
 
-fn checks(all: &Tally, seeds: u64) -> Table {
-    let title = format!("The whole probe under attack, {seeds} seeds: what has to hold");
+fn checks(all: &Tally, title: String) -> Table {
     let mut table = Table::new(title, &["", "checked", "violations"]);
     for (violation, name) in VIOLATIONS {
         let place = violation as usize;
@@ -78,7 +115,7 @@ fn troubles(all: &Tally) -> Table {
     table
 }
 
-fn flown(all: &Tally, seeds_per_s: f64) -> Table {
+fn flown(all: &Tally) -> Table {
     let mut table =
         Table::new("The same runs: what was flown; times are median [worst] of starts with sound sensors", &["", ""]);
     let rows = [
@@ -108,7 +145,5 @@ fn flown(all: &Tally, seeds_per_s: f64) -> Table {
     ] {
         table.row([Cell::from(name), median_and_worst(times, 2)]);
     }
-    table
-        .row([Cell::from("seeds a second of this machine, which did other work beside"), Cell::number(seeds_per_s, 1)]);
     table
 }

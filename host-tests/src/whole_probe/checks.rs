@@ -1,11 +1,16 @@
 //! What has to hold, looked at with every message that is heard and after every round of the program.
 
-use super::{EVIDENCE_S, machine::Machine, plan::Trouble, tally::Violation};
+use super::{
+    EVIDENCE_S,
+    machine::{HEALTH, Machine},
+    plan::Trouble,
+    tally::Violation,
+};
 use meerkat_mwd::{
     application::{Application, Board},
     attitude::AttitudeFlags,
     survey::{SurveyKind, SurveyReport},
-    telemetry::{AttitudeFrame, Boot, CompactAngles, Message},
+    telemetry::{AttitudeFrame, Boot, CompactAngles, Health, Message},
 };
 use std::f64::consts::TAU;
 
@@ -29,6 +34,7 @@ pub fn heard(machine: &mut Machine<'_, '_>, message: &Message) {
         Message::Boot(boot) => started(machine, boot),
         Message::Attitude(frame) => attitude(machine, frame),
         Message::Survey(report) => survey(machine, report),
+        Message::Health(report) => health(machine, report),
         Message::Identification(it) => machine.day.host.window_end_us = it.report.t_end_us,
         _ => {}
     }
@@ -60,6 +66,29 @@ fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
     machine.day.tally.restored += 1;
     let completed = machine.day.flown.contains(&model.gyro.p);
     note(machine, Violation::ModelNotCompleted, completed, || format!("number {number}, P {:?}", model.gyro.p));
+}
+
+/// Counters of health do not fall from report to report of one start, and count no sample that was not read: what is
+/// lost can be counted by them.
+fn health(machine: &mut Machine<'_, '_>, report: &Health) {
+    let counters: [u32; HEALTH] = [
+        report.samples_acquired,
+        report.sample_overruns,
+        report.missed_ticks,
+        report.sensor_faults,
+        report.worst_delay_us,
+        report.late_attitudes,
+        report.results_lost,
+        report.sent.frames,
+        report.received.frames,
+        report.commands_accepted,
+        report.commands_refused,
+        report.models_stored,
+    ];
+    let before = std::mem::replace(&mut machine.health, counters);
+    let holds = before.iter().zip(&counters).all(|(before, now)| before <= now)
+        && report.samples_acquired <= machine.acquisition().acquired();
+    note(machine, Violation::SampleLost, holds, || format!("{counters:?} after {before:?}"));
 }
 
 fn attitude(machine: &mut Machine<'_, '_>, frame: &AttitudeFrame) {

@@ -1,12 +1,13 @@
 //! A day of drilling and stops: what outlives the probe's starts.
 
-use super::{host::Host, plan::Trouble, tally::Tally, truth::Truth};
+use super::{host::Host, plan::Trouble, proportions::Proportions, tally::Tally, truth::Truth};
 use crate::simulate::Random;
 use meerkat_mwd::survey::SurveyReport;
 use std::collections::VecDeque;
 
 /// What goes on around the probe, whether or not it has power.
 pub struct Day {
+    pub proportions: &'static Proportions,
     pub random: Random,
     pub truth: Truth,
     pub host: Host,

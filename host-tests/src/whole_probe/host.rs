@@ -7,6 +7,7 @@ use crate::{
 };
 use meerkat_mwd::{
     Config,
+    application::Settings,
     config::SurveyConfig,
     telemetry::{
         Acknowledgement, Command, CommandRefusal, EarlierModel, Erasure, FrameDecoder, Key, Kind, MAX_DECODED,
@@ -50,6 +51,8 @@ pub struct Host {
     stream: StreamConfig,
     decoder: FrameDecoder<MAX_DECODED>,
     sent: Vec<Sent>,
+    /// Sequence number of the first frame that is sent; they wrap.
+    first_sequence: u16,
     counter: u64,
     /// Highest counter of which the probe said that it carried its command out.
     highest: u64,
@@ -60,7 +63,8 @@ pub struct Host {
 }
 
 impl Host {
-    pub fn new(random: Random, config: &Config, survey: &SurveyConfig, stream: &StreamConfig, counter: u64) -> Self {
+    pub fn new(random: Random, settings: &Settings, first_sequence: u16, counter: u64) -> Self {
+        let Settings { config, survey, stream, .. } = settings;
         Self {
             random,
             config: *config,
@@ -68,6 +72,7 @@ impl Host {
             stream: *stream,
             decoder: FrameDecoder::new(),
             sent: Vec::new(),
+            first_sequence,
             counter,
             highest: counter,
             outgoing: VecDeque::new(),
@@ -83,6 +88,11 @@ impl Host {
         }
     }
 
+    /// Number of frames that were sent.
+    pub const fn frames(&self) -> u64 {
+        self.sent.len() as u64
+    }
+
     /// The probe took the last byte of a command; the tool had been moving for so long.
     pub fn taken(&mut self, command: usize, drilling_for_s: f64) {
         if let Some(sent) = self.sent.get_mut(command) {
@@ -96,8 +106,15 @@ impl Host {
     }
 
     /// Sequence number of the next frame: its place among all that were sent.
-    fn sequence(&self) -> u16 {
-        self.sent.len() as u16
+    const fn sequence(&self) -> u16 {
+        self.first_sequence.wrapping_add(self.sent.len() as u16)
+    }
+
+    /// Place of the latest frame that was sent with this number.
+    fn place_of(&self, sequence: u16) -> Option<usize> {
+        // From 0 to 65,535 frames before the last one.
+        let before = self.sequence().wrapping_sub(1).wrapping_sub(sequence);
+        self.sent.len().checked_sub(1 + usize::from(before))
     }
 
     fn signed(&mut self, key: &[u8; 32], probe: ProbeId, counter: u64, command: &Command) -> anyhow::Result<Vec<u8>> {
@@ -185,7 +202,7 @@ impl Host {
 
     /// Judges an answer.
     pub fn answered(&mut self, answer: &Acknowledgement, tally: &mut Tally) {
-        let Some(sent) = self.sent.get_mut(usize::from(answer.sequence)) else { return };
+        let Some(sent) = self.place_of(answer.sequence).and_then(|place| self.sent.get_mut(place)) else { return };
         let accepted = answer.outcome == Outcome::Accepted;
         match (sent.sender, &answer.outcome) {
             (Sender::Forger, Outcome::Accepted) => tally.violated(Violation::Forged, || format!("{:?}", sent.command)),
@@ -217,5 +234,35 @@ impl Host {
                 });
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn an_answer_is_of_the_latest_command_with_its_number() {
+        let settings = Settings {
+            config: Config::default(),
+            survey: SurveyConfig::default(),
+            stream: StreamConfig::default(),
+            recording: false,
+            key: None,
+        };
+        let mut host = Host::new(Random::new(1), &settings, 65_530, 0);
+        assert_eq!(host.place_of(65_530), None);
+        let mut numbers = Vec::new();
+        for sent in 1..70_000_usize {
+            numbers.push(host.sequence());
+            host.send(0, Sender::Keyless, Command::SelfTest, Vec::new());
+            assert_eq!(host.place_of(host.sequence()), sent.checked_sub(65_536));
+            let oldest = sent.saturating_sub(65_536);
+            for place in [oldest, oldest.midpoint(sent), sent - 1] {
+                assert_eq!(host.place_of(numbers[place]), Some(place));
+            }
+        }
+        assert_eq!(numbers[..8], [65_530, 65_531, 65_532, 65_533, 65_534, 65_535, 0, 1]);
     }
 }

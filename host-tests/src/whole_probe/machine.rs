@@ -26,6 +26,8 @@ const TELEMETRY_US: u64 = 60;
 /// Bytes that a serial port holds in each direction.
 const SENDING: u64 = 512;
 const RECEIVING: usize = 256;
+/// Counters of health that are judged.
+pub const HEALTH: usize = 12;
 /// Samples of which the truth is kept.
 const REMEMBERED: usize = 300;
 
@@ -50,6 +52,8 @@ pub struct Machine<'c, 'd> {
     /// Rounds of the sample clock since the start, and by how much the board's clock is ahead of it.
     rounds: u64,
     step_us: i64,
+    /// When it last stepped, microseconds of the chip.
+    stepped_us: Option<u64>,
     hang: Option<Stage>,
     until: Until,
     /// Whether an effect is taken out.
@@ -65,6 +69,8 @@ pub struct Machine<'c, 'd> {
     pub boot_us: u64,
     /// Time of the last fault of a sensor or of the clock, microseconds of the chip.
     pub unsound_us: Option<u64>,
+    /// Counters of the health that was heard last.
+    pub health: [u32; HEALTH],
     /// Judge of every message that the host hears.
     judge: fn(&mut Self, &Message),
 }
@@ -90,6 +96,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             reason,
             rounds: 0,
             step_us: 0,
+            stepped_us: None,
             hang: None,
             until: Until::default(),
             takes_an_effect_out: false,
@@ -99,6 +106,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             truths: VecDeque::new(),
             boot_us: chip.now_us.get(),
             unsound_us: None,
+            health: [0; HEALTH],
             judge,
         }
     }
@@ -128,9 +136,10 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.chip.now_us.get() < self.until.overload.1 + 1_000_000
     }
 
-    /// Whether the board's clock is not what it was at the start.
-    pub const fn clock_stepped(&self) -> bool {
-        self.step_us != 0
+    /// Whether the board's clock has stepped, so lately that times before and after it may be compared.
+    pub fn clock_stepped(&self) -> bool {
+        let settles_s = self.day.proportions.clock_settles_s;
+        self.stepped_us.is_some_and(|at_us| ((self.chip.now_us.get() - at_us) as f64) < settles_s * 1e6)
     }
 
     fn since_start_us(&self) -> u64 {
@@ -246,6 +255,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             Trouble::LineStall(lasting_us) => self.until.stalled_us = now_us + lasting_us,
             Trouble::ClockStep(us) => {
                 self.step_us += us;
+                self.stepped_us = Some(now_us);
                 self.unsound(0);
             }
             Trouble::Overload(times, lasting_us) => self.until.overload = (times, now_us + lasting_us),

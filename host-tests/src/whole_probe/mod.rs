@@ -2,10 +2,11 @@
 //! goes wrong in it, and what has to hold is looked at after every round of the program. What runs is the firmware's
 //! own program over a [`Board`] of this machine.
 //!
-//! Time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s, surveys
-//! settle and average in 2 s, windows are 10 s long, sectors of the flash have 8 KiB and are nearly full at the start,
-//! and troubles come every few seconds. A quarter of the runs is calm: ten minutes, windows of the length that flies,
-//! and a trouble in 45 s. Every second run declares the earth's field.
+//! Of most runs time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8 s,
+//! surveys settle and average in 2 s, windows are 10 s long, and troubles come every few seconds. A quarter of these runs
+//! is calm: ten minutes, windows of the length that flies, and a trouble in 45 s. [`fly_day`] flies whole days at real
+//! proportions. Sectors of the flash have 8 KiB and are nearly full at the start. Every second run declares the earth's
+//! field.
 //!
 //! [`Board`]: meerkat_mwd::application::Board
 
@@ -15,10 +16,12 @@ mod day;
 mod host;
 mod machine;
 mod plan;
+mod proportions;
 mod tally;
 mod truth;
 
 pub use plan::{KINDS, Trouble};
+pub use proportions::DAY_S;
 pub use tally::{Tally, VIOLATIONS, Violation};
 
 use crate::simulate::Random;
@@ -40,16 +43,15 @@ use meerkat_mwd::{
     survey::Surveyor,
     telemetry::{ResetReason, StreamConfig},
 };
+use proportions::{ATTACK, CALM, Proportions, WHOLE_DAY};
 use std::{
     mem::MaybeUninit,
     panic::{AssertUnwindSafe, catch_unwind},
 };
 use truth::{DIP_RAD, FIELD_UT, Truth};
 
-/// Length of a run, and of a calm one, microseconds.
-const DAY_US: [u64; 2] = [180_000_000, 600_000_000];
-/// Share of calm runs: fewer troubles and windows of the length that flies, so that what is learnt is what would be.
-const CALM: f64 = 0.25;
+/// Share of calm runs.
+const CALM_RUNS: f64 = 0.25;
 /// Time after which evidence of rest is none any more, and what is decided on it has been answered, seconds: a second
 /// of the interlock, and a second for the answer.
 const EVIDENCE_S: f64 = 2.0;
@@ -82,33 +84,53 @@ pub struct Run {
     pub digest: u64,
 }
 
-/// Flies a seed.
+/// Flies a seed in compressed time.
 ///
 /// # Errors
 /// The probe cannot be started at all.
 pub fn fly(seed: u64) -> anyhow::Result<Run> {
-    let flown = catch_unwind(AssertUnwindSafe(|| fly_to_the_end(seed)));
-    flown.unwrap_or_else(|_| {
+    caught(|| {
+        let mut random = Random::new(seed);
+        let proportions = if random.uniform() < CALM_RUNS { &CALM } else { &ATTACK };
+        fly_to_the_end(seed, random, proportions, proportions.length_s)
+    })
+}
+
+/// Flies the first so many seconds of a seed's day at real proportions.
+///
+/// # Errors
+/// The probe cannot be started at all.
+pub fn fly_day(seed: u64, length_s: f64) -> anyhow::Result<Run> {
+    caught(|| fly_to_the_end(seed, Random::new(seed), &WHOLE_DAY, length_s.min(WHOLE_DAY.length_s)))
+}
+
+/// Counts a panic as a violation.
+fn caught(fly: impl FnOnce() -> anyhow::Result<Run>) -> anyhow::Result<Run> {
+    catch_unwind(AssertUnwindSafe(fly)).unwrap_or_else(|_| {
         let mut tally = Tally::default();
         tally.violated(Violation::Panic, String::new);
         Ok(Run { tally, digest: 0 })
     })
 }
 
-fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
-    let mut random = Random::new(seed);
-    let calm = random.uniform() < CALM;
-    let (settings, length_us) = (settings(calm, seed.is_multiple_of(2)), DAY_US[usize::from(calm)]);
-    let truth = Truth::new(random.split(), PERIOD_US as u32, length_us as f64 * 1e-6);
-    let plan = plan::draw(&mut random, calm, length_us, &truth.begins_s());
+fn fly_to_the_end(
+    seed: u64,
+    mut random: Random,
+    proportions: &'static Proportions,
+    length_s: f64,
+) -> anyhow::Result<Run> {
+    let (settings, length_us) = (settings(proportions, seed.is_multiple_of(2)), (length_s * 1e6) as u64);
+    let truth = Truth::new(random.split(), PERIOD_US as u32, proportions);
+    let plan = plan::draw(&mut random, proportions, &truth.begins_s());
     let counter = random.between(1.0, 2.0 * COUNTERS as f64) as u64;
     let mut flash = used_flash(seed, counter, &settings.config)?;
     if random.uniform() < 0.5 {
         flash.correct_errors();
     }
     let chip = Chip::new(flash);
-    let host = Host::new(random.split(), &settings.config, &settings.survey, &settings.stream, counter);
+    let host = Host::new(random.split(), &settings, proportions.first_sequence, counter);
     let mut day = Day {
+        proportions,
         random,
         truth,
         host,
@@ -137,19 +159,25 @@ fn fly_to_the_end(seed: u64) -> anyhow::Result<Run> {
             }
         };
     }
+    let erasures = chip.flash.borrow().erases().iter().max().copied();
+    day.tally.erasures = u64::from(erasures.unwrap_or(0));
+    day.tally.frames = day.host.frames();
     Ok(Run { tally: day.tally, digest: day.digest })
 }
 
-fn settings(calm: bool, declares_its_field: bool) -> Settings {
+fn settings(proportions: &Proportions, declares_its_field: bool) -> Settings {
     let mut config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
     config.latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
     if declares_its_field {
         (config.earth.magnetic_field_ut, config.earth.dip_rad) = (Some(FIELD_UT as f32), Some(DIP_RAD as f32));
     }
-    if !calm {
+    if proportions.short_windows {
         (config.identification.window_s, config.identification.step_s) = (10.0, 5.0);
     }
-    let survey = SurveyConfig { settle_s: 1.0, average_s: 1.0, ..SurveyConfig::default() };
+    let mut survey = SurveyConfig::default();
+    if proportions.short_surveys {
+        (survey.settle_s, survey.average_s) = (1.0, 1.0);
+    }
     let stream = StreamConfig { attitude_every: 10, ..StreamConfig::default() };
     Settings { config, survey, stream, recording: false, key: Some(KEY) }
 }
@@ -216,6 +244,7 @@ fn power_up(
     let ran_us = chip.now_us.get() - chip.started_us.get();
     let tally = &mut day.tally;
     tally.now_us = chip.now_us.get();
+    tally.longest_us = tally.longest_us.max(ran_us);
     tally.samples += u64::from(samples);
     tally.lost += u64::from(lost);
     tally.results_lost += u64::from(results_lost);
@@ -264,7 +293,8 @@ fn live<'c>(application: &mut Application<'_, Machine<'c, '_>>, mut round: Round
 /// The tool goes on while the probe has no power, and the flash may suffer: one damage from start to start.
 fn without_power(chip: &Chip, day: &mut Day) {
     day.watchdog_resets = 0;
-    let periods = day.random.between(1.0, 150.0) as u64;
+    let [low, high] = day.proportions.unpowered_s.map(|s| s * 1e6 / PERIOD_US as f64);
+    let periods = day.random.between(low, high) as u64;
     for _ in 0..periods {
         day.truth.step();
     }

@@ -1,5 +1,6 @@
 //! What goes wrong, and when: drawn from the seed.
 
+use super::proportions::Proportions;
 use crate::{
     simulate::Random,
     target::mock_flash::{CUTS, Cut},
@@ -108,6 +109,11 @@ impl Trouble {
         }
     }
 
+    /// Whether the program starts again after it.
+    const fn restarts(&self) -> bool {
+        matches!(self, Self::PowerCut | Self::CutInFlash(..) | Self::Hang(_))
+    }
+
     /// Draws a trouble.
     fn draw(random: &mut Random) -> Self {
         let one_of = |random: &mut Random, n: usize| random.between(0.0, n as f64) as usize;
@@ -160,26 +166,30 @@ impl Trouble {
 }
 
 /// Troubles of one run in order of time, microseconds.
-pub fn draw(random: &mut Random, calm: bool, length_us: u64, drilling_from_s: &[f64]) -> Vec<(u64, Trouble)> {
+pub fn draw(random: &mut Random, proportions: &Proportions, drilling_from_s: &[f64]) -> Vec<(u64, Trouble)> {
+    let &Proportions { length_s, pauses_s, owner_s, silent_starts, goes_through, .. } = proportions;
     let mut plan = Vec::new();
     let mut at_s = random.between(0.5, 3.0);
-    let length_s = length_us as f64 * 1e-6;
-    let pause_s = if calm { 45.0 } else { [1.5, 4.0, 12.0][random.between(0.0, 3.0) as usize] };
+    let pause_s = match *pauses_s {
+        [pause_s] => pause_s,
+        _ => pauses_s[random.between(0.0, pauses_s.len() as f64) as usize],
+    };
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::draw(random)));
         at_s += pause_s * random.exponential();
     }
-    // What an owner changes starts the pipeline afresh.
-    let owner_s = if calm { 60.0 } else { 2.5 };
     let mut at_s = random.between(0.5, 3.0);
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::Owner));
         at_s += owner_s * random.exponential();
     }
     for begin_s in drilling_from_s {
-        if random.uniform() < if calm { 0.01 } else { 0.15 } {
+        if random.uniform() < silent_starts {
             plan.push((((begin_s - random.between(0.1, 0.6)) * 1e6) as u64, Trouble::SilentStart));
         }
+    }
+    if goes_through > 0.0 && random.uniform() < goes_through {
+        plan.retain(|(_, trouble)| !trouble.restarts());
     }
     plan.sort_by_key(|(at_us, _)| *at_us);
     plan

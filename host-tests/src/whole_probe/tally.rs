@@ -89,6 +89,12 @@ pub struct Tally {
     pub models: u64,
     /// Models restored.
     pub restored: u64,
+    /// Longest time from a start to its end, microseconds.
+    pub longest_us: u64,
+    /// Frames that the host sent.
+    pub frames: u64,
+    /// Most erasures of a sector.
+    pub erasures: u64,
     /// Time of the chip, for words, microseconds.
     pub now_us: u64,
     /// Most samples that waited.
@@ -133,6 +139,9 @@ impl Tally {
         self.models += other.models;
         self.restored += other.restored;
         self.queue = self.queue.max(other.queue);
+        self.longest_us = self.longest_us.max(other.longest_us);
+        self.frames = self.frames.max(other.frames);
+        self.erasures = self.erasures.max(other.erasures);
         for (all, more) in self.back_s.iter_mut().zip(&other.back_s) {
             all.extend(more);
         }
