@@ -14,16 +14,16 @@ use meerkat_mwd::{
     },
 };
 use mwd::{
-    fuzzed::{KEY, PROBE, TARGETS, Target},
+    fuzzed::{KEY, PROBE, TARGETS, Target, places},
     target::mock_flash::MockFlash,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// Mutations of each target, in the order of `TARGETS`: a million where that takes seconds. `MWD_MUTATIONS` sets
-/// another number for all, and `MWD_TARGET` names the only one that runs.
+/// Mutations of each target, in the order of `TARGETS`: what takes some seconds. `MWD_MUTATIONS` sets another number
+/// for all, and `MWD_TARGET` names the only one that runs.
 const MUTATIONS: [u64; TARGETS.len()] =
-    [1_000_000, 1_000_000, 1_000_000, 10_000, 100_000, 100_000, 10_000, 20_000, 1_000_000];
+    [1_000_000, 1_000_000, 300_000, 100_000, 100_000, 100_000, 100_000, 1_000, 50_000, 1_000_000];
 
 fn corpus() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
@@ -88,15 +88,91 @@ fn stored() -> Vec<u8> {
     flash.bytes_mut()[..used + 1].to_vec()
 }
 
-/// Samples of a tool that turns, a hundred of them at 100 Hz.
+/// The bytes from which `arbitrary` makes a variant of an enum: it takes the upper part of a product with their number.
+fn variant(number: u64, of: u64) -> [u8; 4] {
+    (((number << 32).div_ceil(of)) as u32).to_le_bytes()
+}
+
+/// The bytes from which it makes a list: a one stands before each element.
+fn list(elements: impl IntoIterator<Item = Vec<u8>>) -> Vec<u8> {
+    elements.into_iter().flat_map(|element| [vec![1], element].concat()).chain([0]).collect()
+}
+
+/// Samples of a tool that turns, thirty of them at 100 Hz, as they are.
 fn flown() -> Vec<u8> {
     let of = |k: u16| {
         let (sine, cosine) = libm::sincosf(f32::from(k) * 0.05);
         let numbers = [0.01, -0.02, 5.0, 2.0 * cosine, 2.0 * sine, -9.6, 20.0 * cosine, 20.0 * sine, 40.0, 25.0];
         let numbers = numbers.iter().flat_map(|number: &f32| number.to_le_bytes());
-        10_000_i32.to_le_bytes().into_iter().chain(numbers).chain([0, 0]).collect::<Vec<u8>>()
+        variant(1, 2).into_iter().chain(10_000_i32.to_le_bytes()).chain(numbers).chain([0, 0]).collect()
     };
-    (0..100).flat_map(of).collect()
+    [vec![1, 1, 8], list((0..30).map(of))].concat()
+}
+
+/// Turns of a tool: rates in steps of 0.05 rad/s, and periods. In the middle the magnetometer is missing for a while and
+/// an axis of the gyro sticks.
+fn turned(period: u8, by_hand: u8, turns: &[([i8; 3], u8)]) -> Vec<u8> {
+    let of = |(k, (rate, periods)): (usize, &([i8; 3], u8))| {
+        let replaced = if k == turns.len() / 2 { [&[1, 2][..], &3.0_f32.to_le_bytes()].concat() } else { vec![0] };
+        let flags = u16::from(k == turns.len() / 3) << 2;
+        let rate = rate.map(i8::cast_unsigned);
+        [&variant(0, 2)[..], &rate, &[*periods], &replaced, &flags.to_le_bytes()].concat()
+    };
+    [vec![period, by_hand, 8], list(turns.iter().enumerate().map(of))].concat()
+}
+
+/// An exchange with a gate: whether it drills, milliseconds since the frame before, who speaks, and what.
+fn exchanged(has_key: bool, said: impl IntoIterator<Item = (u8, u16, Vec<u8>)>) -> Vec<u8> {
+    let of =
+        |(drilling, after_ms, frame): (u8, u16, Vec<u8>)| [&[drilling], &after_ms.to_le_bytes()[..], &frame].concat();
+    [vec![has_key.into()], list(said.into_iter().map(of))].concat()
+}
+
+/// Exchanges: commands without the key; the owner's, heard and sent again, whole and forged; those of a drilling
+/// probe, and for another one.
+fn exchanges() -> Vec<Vec<u8>> {
+    let sized = |command| {
+        let bytes = encoded(&command).1;
+        [&u16::try_from(bytes.len()).unwrap().to_le_bytes()[..], &bytes].concat()
+    };
+    let anybody = |command| [&variant(0, 5)[..], &[Kind::Command.number()], &sized(command)].concat();
+    let signed = |who, counter: u64, command| [&variant(who, 5)[..], &counter.to_le_bytes(), &sized(command)].concat();
+    let again = |which| [&variant(3, 5)[..], &[which]].concat();
+    let forged = |which, bit: u16| [&variant(4, 5)[..], &[which], &bit.to_le_bytes()].concat();
+    let open = || [Command::SelfTest, Command::StartRecording { for_s: Some(60) }, Command::StopRecording];
+    let owners = || {
+        [
+            Command::ConfigureStream(StreamConfig::default()),
+            Command::Configure(Config::default()),
+            Command::ConfigureSurvey(Config::default().survey),
+            Command::AcceptModel { window_end_us: 1 },
+            Command::RollBackModel { to: EarlierModel::Previous },
+            Command::Erase { what: Erasure::Models },
+            Command::SendVibration,
+        ]
+    };
+    let spoken = |drilling, who| (1..).zip(owners()).map(move |(k, command)| (drilling, 300, signed(who, k, command)));
+    let heard = [(0, 300, again(4)), (0, 0, forged(4, 3)), (0, 0, forged(5, 100)), (1, 0, again(0))];
+    let for_another = [(0, 300, signed(2, 9, Command::SendVibration)), (0, 0, again(7))];
+    vec![
+        exchanged(true, open().into_iter().chain(owners()).map(|command| (0, 400, anybody(command)))),
+        exchanged(true, spoken(0, 1).chain(heard.clone())),
+        exchanged(true, spoken(1, 1).chain(for_another)),
+        exchanged(false, spoken(0, 1).chain(heard)),
+    ]
+}
+
+/// Configurations: the defaults as text, and with a field in seven changed by a little.
+fn configurations() -> Vec<Vec<u8>> {
+    let text = toml::to_string(&Config::default()).unwrap().into_bytes();
+    let change = |place: usize| {
+        let times = if place.is_multiple_of(2) { 5_i8 } else { -5 };
+        [&[u8::try_from(place).unwrap()], &variant(1, 8)[..], &[times.cast_unsigned()]].concat()
+    };
+    vec![
+        [&variant(0, 2)[..], &text].concat(),
+        [&variant(1, 2)[..], &list((0..places()).step_by(7).map(change))].concat(),
+    ]
 }
 
 /// A trace of some rows.
@@ -134,23 +210,37 @@ fn magnetic_results() -> Vec<u8> {
     (0..60).flat_map(result).collect()
 }
 
+/// Turns of a tool on all axes, at 20 Hz for 25 seconds, and a rest.
+const DRILLED: [([i8; 3], u8); 9] = [
+    ([0; 3], 20),
+    ([20, 3, 30], 72),
+    ([-15, 25, 10], 72),
+    ([5, -30, -20], 72),
+    ([30, 10, -5], 72),
+    ([-20, -20, 20], 72),
+    ([10, 30, 15], 72),
+    ([-5, 15, -30], 72),
+    ([0; 3], 20),
+];
+
 /// The corpus as it was made, for whom it has to be made anew.
 fn made() -> Vec<(&'static str, Vec<Vec<u8>>)> {
     let framed = |(kind, payload): &(Kind, Vec<u8>)| {
         let mut buffer = [0; MAX_FRAME];
         encode_frame(*kind, 9, payload, &mut buffer).unwrap().to_vec()
     };
-    let with = |head: &[u8], (kind, payload): &(Kind, Vec<u8>)| [head, &[kind.number()], payload].concat();
+    let with_kind = |(kind, payload): &(Kind, Vec<u8>)| [&[kind.number()][..], payload].concat();
     let said = said();
     vec![
         ("frame", said.iter().map(framed).collect()),
-        ("message", said.iter().take(4).map(|said| with(&[], said)).collect()),
-        ("command_gate", said.iter().skip(4).map(|said| with(&[0], said)).collect()),
+        ("message", said.iter().take(4).map(with_kind).collect()),
+        ("command_gate", exchanges()),
         ("stored_records", vec![stored()]),
         ("ism330dhcx", vec![inertial_bursts()]),
         ("rm3100", vec![magnetic_results()]),
-        ("samples", vec![flown()]),
-        ("configuration", vec![toml::to_string(&Config::default()).unwrap().into_bytes()]),
+        ("samples", vec![flown(), turned(1, 1, &[([20, -7, 3], 60), ([0; 3], 40), ([-40, 2, 9], 20)])]),
+        ("flights", vec![turned(9, 0, &DRILLED)]),
+        ("configuration", configurations()),
         ("trace", vec![recorded()]),
     ]
 }
