@@ -46,9 +46,9 @@ def test_the_same_call_as_vqfs_over_the_same_arrays():
         (Path(folder) / "update_batch.md").write_text(PAGE.format(len(gyr), 1e3 / per_sample[0], 1e3 / per_sample[1], ratio, *per_sample))
 
 
-PAGE = """# updateBatch
+PAGE = """    MWD_MARKDOWN=docs/measurements pytest -s bindings/python/tests/test_speed.py
 
-`MWD_MARKDOWN=docs/measurements pytest -s bindings/python/tests/test_speed.py`
+# updateBatch beside VQF's
 
 `updateBatch` of the Python package beside that of `vqf` (PyPI), rates, forces and field of {0} simulated samples at 100 Hz, in one
 run: the least processor time of seven. Ours passes them through two filters, with and without the field.
