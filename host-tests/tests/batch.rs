@@ -149,6 +149,60 @@ fn a_killed_run_goes_on_and_only_what_changed_is_flown_again() {
     assert!(told(&other).starts_with("10 recordings: 10 flown now, 0 from before"));
 }
 
+/// Rows of a longer recording go to a temporary file. Where that cannot be written, the recording is not to blame.
+#[test]
+fn a_disk_that_fails_is_a_row_and_the_recording_is_flown_again() {
+    let folder = TempDir::new().unwrap();
+    // Over the megabyte that stays in memory.
+    recordings(folder.path(), 1, 150.0);
+    fs::write(folder.path().join("bad.csv"), "nothing\n").unwrap();
+    let results = folder.path().join("all.parquet");
+    let run = |temporary: &Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        command.args(["batch", text(folder.path()), "-o", text(&results)]).env("TMPDIR", temporary);
+        String::from_utf8(command.output().unwrap().stdout).unwrap()
+    };
+    let told = run(&folder.path().join("none"));
+    assert!(told.starts_with("2 recordings: 2 flown now, 0 from before; 2 bad"), "{told}");
+    let error = table(&results)[1]["error"].to_string();
+    assert!(error.contains("temporary file"), "{error}");
+    let told = run(folder.path());
+    assert!(told.starts_with("2 recordings: 1 flown now, 1 from before; 1 bad"), "{told}");
+    assert_eq!(table(&results)[1]["ok"], Field::Bool(true));
+}
+
+/// Largest memory of a process so far, KiB, as long as it runs.
+#[cfg(target_os = "linux")]
+fn largest_kib(pid: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
+}
+
+/// Rows and outputs of a recording are in temporary files. What stays in memory are its windows, diagnoses and surveys,
+/// and their JSON.
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_hardly_grows_with_the_length_of_a_recording() {
+    let largest = |seconds: f64| {
+        let folder = TempDir::new().unwrap();
+        recordings(folder.path(), 1, seconds);
+        let results = folder.path().join("all.parquet");
+        let arguments = ["batch", text(folder.path()), "-o", text(&results), "--jobs", "1"];
+        let mut child = Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).stdout(Stdio::null()).spawn().unwrap();
+        let mut largest = 0;
+        while child.try_wait().unwrap().is_none() {
+            largest = largest.max(largest_kib(child.id()).unwrap_or(0));
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert_eq!(table(&results)[0]["ok"], Field::Bool(true));
+        largest
+    };
+    let (short, long) = (largest(600.0), largest(3_600.0));
+    println!("{short} KiB for 10 min, {long} KiB for an hour");
+    // The rows of the 50 minutes between are 26 MB, and as many outputs 23 MB.
+    assert!(long < short + 8_192, "{short} KiB for 10 min, {long} KiB for an hour");
+}
+
 #[test]
 fn an_input_that_names_nothing_is_told() {
     let folder = TempDir::new().unwrap();

@@ -150,6 +150,18 @@ impl AttitudeFilter {
         self.state.bias_rad_s
     }
 
+    /// 1-sigma of [`AttitudeFilter::residual_bias_rad_s`], body frame, rad/s.
+    #[must_use]
+    pub fn residual_bias_sigma_rad_s(&self) -> Vector3<f32> {
+        Vector3::from_fn(|axis, _| libm::sqrtf(self.state.errors.variance(BIAS + axis)))
+    }
+
+    /// Returns true if the readings have stayed the same for so long that the probe counts as at rest.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.motion.rest.detected()
+    }
+
     /// Advances over the `dt_s` seconds that end with this sample, by its compensated body rate relative to the
     /// earth (or the last rate held).
     pub fn propagate(&mut self, dt_s: f32, rate_rad_s: &Vector3<f32>) {

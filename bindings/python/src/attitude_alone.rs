@@ -1,8 +1,12 @@
 //! The attitude filter alone, in the call of VQF.
 
-use meerkat_mwd::{Config, attitude::AttitudeFlags, config::Motion};
+use meerkat_mwd::{
+    Config,
+    attitude::{AttitudeFilter as Inner, AttitudeFlags},
+    config::Motion,
+};
 use nalgebra::Vector3;
-use numpy::{IntoPyArray, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyReadonlyArray2, ndarray::ArrayView2};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{bad, trace::rows};
@@ -10,8 +14,19 @@ use crate::{bad, trace::rows};
 /// Attitude of rates that are taken as they are: nothing is identified.
 #[pyclass(module = "meerkat_mwd")]
 pub struct AttitudeFilter {
-    inner: Box<meerkat_mwd::attitude::AttitudeFilter>,
+    inner: Box<Inner>,
+    /// The same without the field, for the attitude that it cannot disturb.
+    without_field: Box<Inner>,
     period_s: f32,
+}
+
+/// What the filter says after a sample.
+struct Row {
+    quaternion: [f32; 4],
+    bias_rad_s: [f32; 3],
+    bias_sigma_rad_s: f32,
+    rests: bool,
+    field_is_refused: bool,
 }
 
 #[pymethods]
@@ -27,9 +42,13 @@ impl AttitudeFilter {
             "drill_string" => Motion::DrillString,
             other => return Err(bad(format!("motion must be 'hand' or 'drill_string', not '{other}'"))),
         };
-        let (config, mut inner) = (Config::default(), Box::new(meerkat_mwd::attitude::AttitudeFilter::new()));
-        inner.start(&config.attitude, &config.earth, motion);
-        Ok(Self { inner, period_s: period_s as f32 })
+        let config = Config::default();
+        let started = || {
+            let mut inner = Box::new(Inner::new());
+            inner.start(&config.attitude, &config.earth, motion);
+            inner
+        };
+        Ok(Self { inner: started(), without_field: started(), period_s: period_s as f32 })
     }
 
     /// Attitudes of whole arrays, (N, 3) each: rad/s, m/s^2, and a field in any unit of microtesla's size.
@@ -46,29 +65,62 @@ impl AttitudeFilter {
         if shape.1 != 3 || acc.dim() != shape || mag.is_some_and(|mag| mag.dim() != shape) {
             return Err(bad(format!("gyr, acc and mag must have one shape (N, 3); gyr has {shape:?}")));
         }
-        let (inner, period_s) = (&mut self.inner, self.period_s);
-        let three = |values: &numpy::ndarray::ArrayView2<'_, f64>, row: usize| {
-            Vector3::new(values[(row, 0)] as f32, values[(row, 1)] as f32, values[(row, 2)] as f32)
-        };
-        let is_there = |v: &Vector3<f32>| v.iter().all(|x| x.is_finite());
-        let quaternions: Vec<[f32; 4]> = py.detach(|| {
-            let one = |row: usize| {
-                let rate = three(&gyr, row);
-                if is_there(&rate) {
-                    let rate = rate - inner.earth_rate_rad_s();
-                    inner.propagate(period_s, &rate);
-                } else {
-                    inner.gap(period_s);
-                }
-                let force = Some(three(&acc, row)).filter(is_there);
-                let field = mag.as_ref().map(|mag| three(mag, row)).filter(is_there);
-                inner.observe(force.as_ref(), field.as_ref());
-                inner.attitude(AttitudeFlags::empty()).map_or([f32::NAN; 4], |attitude| attitude.q)
-            };
-            (0..shape.0).map(one).collect()
+        let period_s = self.period_s;
+        let (inner, without_field) = (&mut self.inner, &mut self.without_field);
+        let (rows_with, rows_without) = py.detach(|| {
+            let with = mag.map(|mag| filtered(inner, period_s, &gyr, &acc, Some(&mag)));
+            (with, filtered(without_field, period_s, &gyr, &acc, None))
         });
         let arrays = PyDict::new(py);
-        arrays.set_item("quatNED", rows(quaternions.into_iter()).into_pyarray(py))?;
+        let quaternions = |of: &[Row]| rows(of.iter().map(|row| row.quaternion)).into_pyarray(py);
+        arrays.set_item("quat6D", quaternions(&rows_without))?;
+        if let Some(with) = &rows_with {
+            arrays.set_item("quat9D", quaternions(with))?;
+            let refused: Vec<bool> = with.iter().map(|row| row.field_is_refused).collect();
+            arrays.set_item("magDistDetected", refused.into_pyarray(py))?;
+        }
+        let said = rows_with.as_ref().unwrap_or(&rows_without);
+        arrays.set_item("bias", rows(said.iter().map(|row| row.bias_rad_s)).into_pyarray(py))?;
+        let sigmas: Vec<f32> = said.iter().map(|row| row.bias_sigma_rad_s).collect();
+        arrays.set_item("biasSigma", sigmas.into_pyarray(py))?;
+        let rests: Vec<bool> = said.iter().map(|row| row.rests).collect();
+        arrays.set_item("restDetected", rests.into_pyarray(py))?;
         Ok(arrays)
     }
+}
+
+/// Passes whole arrays through a filter.
+fn filtered(
+    inner: &mut Inner,
+    period_s: f32,
+    gyr: &ArrayView2<'_, f64>,
+    acc: &ArrayView2<'_, f64>,
+    mag: Option<&ArrayView2<'_, f64>>,
+) -> Vec<Row> {
+    let three = |values: &ArrayView2<'_, f64>, row: usize| {
+        Vector3::new(values[(row, 0)] as f32, values[(row, 1)] as f32, values[(row, 2)] as f32)
+    };
+    let is_there = |v: &Vector3<f32>| v.iter().all(|x| x.is_finite());
+    let one = |row: usize| {
+        let rate = three(gyr, row);
+        if is_there(&rate) {
+            let rate = rate - inner.earth_rate_rad_s();
+            inner.propagate(period_s, &rate);
+        } else {
+            inner.gap(period_s);
+        }
+        let force = Some(three(acc, row)).filter(is_there);
+        let field = mag.map(|mag| three(mag, row)).filter(is_there);
+        inner.observe(force.as_ref(), field.as_ref());
+        let attitude = inner.attitude(AttitudeFlags::empty());
+        Row {
+            quaternion: attitude.map_or([f32::NAN; 4], |attitude| attitude.q),
+            bias_rad_s: inner.residual_bias_rad_s().into(),
+            bias_sigma_rad_s: inner.residual_bias_sigma_rad_s().max(),
+            rests: inner.is_at_rest(),
+            field_is_refused: field.is_some()
+                && attitude.is_some_and(|attitude| attitude.flags.contains(AttitudeFlags::MAG_UNUSED)),
+        }
+    };
+    (0..gyr.nrows()).map(one).collect()
 }

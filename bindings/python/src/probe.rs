@@ -1,14 +1,26 @@
 //! The probe, sample by sample.
 
-use meerkat_mwd::{Config, Probe as Inner, Sample, SampleFlags, compensation::effects::LIBRARY};
+use std::collections::VecDeque;
+
+use meerkat_mwd::{
+    Config, Probe as Inner, Sample, SampleFlags, compensation::effects::LIBRARY, diagnosis::DiagnosisReport,
+    identification::WindowReport,
+};
+use mwd::report::json::{diagnosis_json, window_json};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::bad;
+
+/// Reports that wait to be taken: half a day of windows.
+const WAITING: usize = 1_000;
 
 /// A probe as the firmware runs it.
 #[pyclass(module = "meerkat_mwd")]
 pub struct Probe {
     inner: Box<Inner>,
+    config: Config,
+    reports: VecDeque<WindowReport>,
+    diagnoses: VecDeque<DiagnosisReport>,
 }
 
 #[pymethods]
@@ -26,7 +38,7 @@ impl Probe {
         let mut inner = Box::new(Inner::new());
         inner.set_library(&LIBRARY);
         inner.configure(&config).map_err(bad)?;
-        Ok(Self { inner })
+        Ok(Self { inner, config, reports: VecDeque::new(), diagnoses: VecDeque::new() })
     }
 
     /// Pushes a sample and does the work that the chip does beside it. Returns the attitude, or None.
@@ -64,8 +76,8 @@ impl Probe {
             flags,
         };
         let output = self.inner.push(&sample);
-        self.inner.poll(self.inner.poll_budget());
-        self.inner.take_diagnosis();
+        put(&mut self.reports, self.inner.poll(self.inner.poll_budget()));
+        put(&mut self.diagnoses, self.inner.take_diagnosis());
         let Some(output) = output else { return Ok(None) };
         let Some(attitude) = output.attitude else { return Ok(None) };
         let dict = PyDict::new(py);
@@ -86,6 +98,30 @@ impl Probe {
         dict.set_item("flags", attitude.flags.bits())?;
         Ok(Some(dict))
     }
+
+    /// The oldest window's report that was not taken yet, or None.
+    fn take_report<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let text = self.reports.pop_front().map(|report| window_json(&report, &self.config));
+        text.map(|text| dictionary(py, &text.map_err(bad)?)).transpose()
+    }
+
+    /// The oldest diagnosis that was not taken yet, or None.
+    fn take_diagnosis<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let text = self.diagnoses.pop_front().map(|report| diagnosis_json(&report, &LIBRARY));
+        text.map(|text| dictionary(py, &text.map_err(bad)?)).transpose()
+    }
+}
+
+/// Adds what there is; the oldest is lost where nobody takes them.
+fn put<T>(waiting: &mut VecDeque<T>, new: Option<T>) {
+    if waiting.len() == WAITING && new.is_some() {
+        waiting.pop_front();
+    }
+    waiting.extend(new);
+}
+
+fn dictionary<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (json,))
 }
 
 fn overlay(base: &mut toml::Table, on_top: toml::Table) {

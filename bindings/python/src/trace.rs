@@ -15,16 +15,22 @@ pub struct Trace(pub Inner);
 
 #[pymethods]
 impl Trace {
-    /// Reads a trace file, .csv or .csv.gz.
+    /// Reads a trace file, .csv or .csv.gz; `strict` makes a row that is dropped for its time an error.
     #[staticmethod]
-    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| Inner::read(&path)).map(Self).map_err(bad)
+    #[pyo3(signature = (path, strict=false))]
+    fn read(py: Python<'_>, path: PathBuf, strict: bool) -> PyResult<Self> {
+        let trace = py.detach(|| Inner::read(&path)).map_err(bad)?;
+        if strict {
+            trace.none_dropped().map_err(bad)?;
+        }
+        Ok(Self(trace))
     }
 
     /// A trace of arrays: times in seconds (N), rad/s (N, 3), m/s^2 (N, 3), uT (N, 3), degC (N). NaN is a
-    /// missing value.
+    /// missing value. A row whose time is not after that of the row before is dropped and counted; with
+    /// `strict`, or over one in twenty, it is an error.
     #[staticmethod]
-    #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None, keys=Vec::new()))]
+    #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None, keys=Vec::new(), strict=false))]
     fn from_arrays(
         t_s: PyReadonlyArray1<'_, f64>,
         gyr: PyReadonlyArray2<'_, f64>,
@@ -32,6 +38,7 @@ impl Trace {
         mag: Option<PyReadonlyArray2<'_, f64>>,
         temperature: Option<PyReadonlyArray1<'_, f64>>,
         keys: Vec<(String, String)>,
+        strict: bool,
     ) -> PyResult<Self> {
         let mut trace = Inner { path: "arrays".into(), keys: header(&keys)?, ..Inner::default() };
         let times = t_s.as_array();
@@ -51,15 +58,20 @@ impl Trace {
         if temperature.as_ref().is_some_and(|temperature| temperature.as_array().len() != count) {
             return Err(bad(format!("temperature must have {count} values, as the times")));
         }
-        let mut last = None;
+        let (mut last, mut first_dropped) = (None, None);
         for (row, time) in times.iter().enumerate() {
             let t_us = (time * 1e6).round();
             if !(0.0..1.8e19).contains(&t_us) {
                 return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
             }
             let t_us = t_us as u64;
-            if last.is_some_and(|last| t_us <= last) {
-                return Err(bad(format!("row {row}: time {time} s is not after that of the row before")));
+            if let Some(last) = last.filter(|last| t_us <= *last) {
+                if strict {
+                    return Err(bad(not_after(row, *time)));
+                }
+                *if t_us == last { &mut trace.dropped.repeated } else { &mut trace.dropped.late } += 1;
+                first_dropped.get_or_insert((row, *time));
+                continue;
             }
             last = Some(t_us);
             let mut flags = SampleFlags::empty();
@@ -89,6 +101,12 @@ impl Trace {
         }
         if trace.samples.is_empty() {
             return Err(bad("there is no sample"));
+        }
+        if let Some((row, time)) = first_dropped {
+            if trace.dropped.are_too_many(trace.samples.len()) {
+                return Err(bad(format!("{}; {}", not_after(row, time), trace.dropped.told())));
+            }
+            trace.notes.push(format!("{}; the first is row {row}", trace.dropped.told()));
         }
         trace.mark_clipped(&trace.keys.full_scale());
         Ok(Self(trace))
@@ -125,6 +143,12 @@ impl Trace {
         Ok(arrays)
     }
 
+    /// Numbers of rows that were dropped: whose time repeats, and whose time goes back.
+    #[getter]
+    const fn dropped(&self) -> (usize, usize) {
+        (self.0.dropped.repeated, self.0.dropped.late)
+    }
+
     /// Remarks of the reader, such as ignored columns.
     #[getter]
     fn notes(&self) -> Vec<String> {
@@ -144,6 +168,10 @@ impl Trace {
     fn __repr__(&self) -> String {
         format!("Trace({} samples, {:.3} s, {})", self.0.samples.len(), self.0.duration_s(), self.0.path.display())
     }
+}
+
+fn not_after(row: usize, time: f64) -> String {
+    format!("row {row}: time {time} s is not after that of the row before")
 }
 
 /// Keys of a header by their names.

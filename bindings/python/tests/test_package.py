@@ -1,5 +1,6 @@
 """The package against the program, against arrays, and against VQF's frame."""
 
+import json
 import os
 import subprocess
 import threading
@@ -71,24 +72,69 @@ def test_a_dataframe_flies_as_its_file(tmp_path):
     assert np.array_equal(of_frame, mwd.replay(tmp_path / "cut.csv").attitude()["q"], equal_nan=True)
 
 
+def test_late_and_repeated_rows_are_dropped_and_counted_as_in_a_file(tmp_path):
+    import pandas as pd
+
+    trace, _, _ = mwd.simulate(SCENARIO, seed=3)
+    trace.write(tmp_path / "whole.csv")
+    table = pd.read_csv(tmp_path / "whole.csv", comment="#").iloc[:6000]
+    rows = [*range(2000), 1999, *range(2000, 3000), 2990, *range(3000, 6000)]
+    troubled = table.iloc[rows]
+    troubled.to_csv(tmp_path / "troubled.csv", index=False)
+    of_frame = mwd.trace(troubled)
+    of_file = mwd.read(tmp_path / "troubled.csv")
+    assert of_frame.dropped == of_file.dropped == (1, 1) and len(of_frame) == 6000
+    assert of_frame.notes == ["2 rows dropped: 1 repeat a time, 1 are late; the first is row 2000"]
+    of_arrays = mwd.trace(*(troubled[names].to_numpy() for names in ["t_s", ["gx", "gy", "gz"], ["ax", "ay", "az"], ["mx", "my", "mz"]]))
+    assert of_arrays.dropped == (1, 1)
+    flown = mwd.replay(troubled)
+    assert np.array_equal(flown.attitude()["q"], mwd.replay(table).attitude()["q"], equal_nan=True)
+    assert flown.json["trace"]["dropped"] == {"repeated": 1, "late": 1}
+    run("replay", tmp_path / "troubled.csv", "--json", tmp_path / "j.json")
+    assert json.loads((tmp_path / "j.json").read_text())["trace"]["dropped"] == flown.json["trace"]["dropped"]
+    for strict in [
+        lambda: mwd.trace(troubled, strict=True),
+        lambda: mwd.replay(troubled, strict=True),
+        lambda: mwd.replay(of_frame, strict=True),
+    ]:
+        with pytest.raises(ValueError, match="row 2000"):
+            strict()
+    with pytest.raises(ValueError, match="line 2002, column t_s: time repeats"):
+        mwd.read(tmp_path / "troubled.csv", strict=True)
+    assert mwd.replay(table, strict=True).json["trace"]["dropped"] == {"repeated": 0, "late": 0}
+
+
 def test_sample_by_sample_is_the_replay():
     trace, _, _ = mwd.simulate(SCENARIO, seed=5)
-    arrays = {name: values[:3000] for name, values in trace.arrays().items()}
-    whole = mwd.replay(mwd.trace(arrays["t_s"], arrays["gyr"], arrays["acc"], arrays["mag"], arrays["temperature"])).attitude()
+    arrays = {name: values[:12_000] for name, values in trace.arrays().items()}
+    flight = mwd.replay(mwd.trace(*(arrays[name] for name in ["t_s", "gyr", "acc", "mag", "temperature"])))
+    whole = flight.attitude()
     probe = mwd.Probe(100.0, "[identification]\nmotion = 'hand'")
+    assert probe.take_report() is None and probe.take_diagnosis() is None
     last = None
-    for row in range(3000):
+    for row in range(12_000):
         mag = arrays["mag"][row]
         last = probe.push(arrays["t_s"][row], arrays["gyr"][row], arrays["acc"][row], None if np.isnan(mag[0]) else mag,
                           float(arrays["temperature"][row])) or last
     assert np.array_equal(np.float32(last["q"]), whole["q"][-1])
+    # Windows that closed while samples came; a flight's last one closes at its end.
+    reports = list(iter(probe.take_report, None))
+    windows = flight.json["identification"]["windows"]
+    assert 1 <= len(reports) <= len(windows) and reports == windows[: len(reports)]
+    diagnoses = list(iter(probe.take_diagnosis, None))
+    assert len(diagnoses) == len(reports) and probe.take_diagnosis() is None
+    assert [diagnosis["t_end_s"] for diagnosis in diagnoses] == [report["t_end_s"] for report in reports]
+    assert {"verdict", "effects", "nis", "remainder"} <= set(diagnoses[0])
+    if len(reports) == len(windows):
+        found = flight.json["diagnosis"]
+        assert [effect["name"] for effect in diagnoses[-1]["effects"]] == [effect["name"] for effect in found["effects"]]
 
 
 def test_wrong_input_says_what_is_wrong(tmp_path):
     good = np.zeros((10, 3))
     with pytest.raises(ValueError, match=r"gyr must have the shape \(10, 3\)"):
         mwd.trace(np.arange(10) * 0.01, np.zeros((9, 3)), good)
-    with pytest.raises(ValueError, match="row 5: time 0.01 s is not after"):
+    with pytest.raises(ValueError, match="row 5: time 0.01 s is not after.*1 rows dropped"):
         mwd.trace([0, 0.005, 0.01, 0.015, 0.02, 0.01, 0.03, 0.04, 0.05, 0.06], good, good)
     with pytest.raises(ValueError, match="nobody is no key"):
         mwd.trace(np.arange(10) * 0.01, good, good, nobody=1)
@@ -137,7 +183,34 @@ def test_update_batch_has_vqfs_frame():
     step = float(np.median(np.diff(arrays["t_s"])))
     truth = arrays["reference"]
     found = mwd.AttitudeFilter(step).updateBatch(arrays["true_rate"], arrays["acc"], arrays["mag"])
-    assert set(found) == {"quatNED", "quat9D"}
+    own = {"quatNED"}
+    assert set(found) == own | {"quat6D", "quat9D", "delta", "bias", "biasSigma", "restDetected", "magDistDetected"}
+    without = mwd.AttitudeFilter(step).updateBatch(arrays["true_rate"], arrays["acc"])
+    assert set(without) == own | {"quat6D", "bias", "biasSigma", "restDetected"}
+    assert np.array_equal(without["quat6D"], found["quat6D"], equal_nan=True)
+    # The same names, shapes and kinds as VQF's.
+    vqf = pytest.importorskip("vqf")
+    contiguous = [np.nan_to_num(np.ascontiguousarray(arrays[name], dtype=float)) for name in ["true_rate", "acc", "mag"]]
+    theirs = vqf.VQF(step).updateBatch(*contiguous)
+    assert set(theirs) == set(found) - own
+    assert all(found[name].shape == theirs[name].shape and found[name].dtype.kind == theirs[name].dtype.kind for name in theirs)
+    # A bias is found, at rest, within its deviation; a strong magnet is refused.
+    still = np.zeros((6_000, 3))
+    bias = np.array([0.002, -0.003, 0.001])
+    noise = np.random.default_rng(1).normal(size=(6_000, 3))
+    field = np.tile([20.0, 1.0, 45.0], (6_000, 1))
+    field[4_000:] += [30.0, 30.0, 0.0]
+    at_rest = mwd.AttitudeFilter(0.01).updateBatch(bias + 1e-3 * noise, still + [0.1, 0.2, 9.8] + 0.01 * noise, field)
+    assert not at_rest["restDetected"][:100].any() and at_rest["restDetected"][-100:].all()
+    assert (np.abs(at_rest["bias"][3_900] - bias) < 4 * at_rest["biasSigma"][3_900]).all()
+    assert at_rest["biasSigma"][3_900] < 0.2 * at_rest["biasSigma"][0]
+    assert at_rest["magDistDetected"][4_100:4_500].mean() > 0.9 and not at_rest["magDistDetected"][1_000:4_000].any()
+    # quat9D is quat6D, turned by delta about up, to within what their tilts differ by.
+    half = found["delta"][-1] / 2
+    w, x, y, z = found["quat6D"][-1]
+    turned = [np.cos(half) * w - np.sin(half) * z, np.cos(half) * x - np.sin(half) * y,
+              np.cos(half) * y + np.sin(half) * x, np.cos(half) * z + np.sin(half) * w]
+    assert abs(np.dot(turned, found["quat9D"][-1])) > np.cos(np.radians(1.5))
     end = slice(-2000, None)
     cosine = np.abs(np.sum(found["quatNED"][end] * truth[end], axis=1))
     assert np.degrees(2 * np.arccos(np.clip(cosine, 0, 1))).mean() < 3
@@ -186,3 +259,23 @@ def test_tables_of_a_batch_are_read_by_pandas_and_duckdb(tmp_path):
     assert count == (len(expected), sum(window["reason"] is not None for window in expected))
     stations = duckdb.sql(f"select * from \'{results.with_suffix('.stations.parquet')}\'").df()
     assert stations["inclination_deg"].dtype == float
+
+
+def test_calibrate_survey_and_diagnose_say_what_the_program_says(tmp_path):
+    out = tmp_path / "out.json"
+    positions = [ROOT / "host-tests/traces/multipos_mpu9150_imu0.csv.gz"]
+    record = tmp_path / "record.toml"
+    run("calibrate", *positions, "--json", out, "-o", record)
+    calibration = mwd.calibrate(positions)
+    assert calibration.account == json.loads(out.read_text())
+    assert calibration.toml == record.read_text()
+
+    stations = ROOT / "host-tests/tests/surveys/forty_stations.csv"
+    settings = ROOT / "host-tests/tests/surveys/forty_stations.toml"
+    with_settings = ["--run", settings] if settings.exists() else []
+    run("survey", stations, *with_settings, "--json", out)
+    surveyed = mwd.survey(stations.read_text(), settings.read_text() if with_settings else None)
+    assert surveyed == json.loads(out.read_text())
+
+    run("diagnose", MAGNET, "--hold-out", 0.5, "--json", out)
+    assert mwd.diagnose(MAGNET, hold_out=0.5) == json.loads(out.read_text())["diagnosis"]

@@ -107,6 +107,8 @@ impl Beside {
 pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Result<Part> {
     // A page goes through its trace more than forwards.
     let trace = if beside.html.is_some() { Trace::read(path)? } else { Trace::spooled(path)? };
+    // Before anything is said of rows that may lack.
+    trace.all_read()?;
     let flown = result(trace, options)?;
     if let Some(file) = &beside.attitude {
         write_attitude_csv(flown.flight.outputs(), file)?;
@@ -123,7 +125,9 @@ pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Re
     }
     flown.trace.all_read()?;
     flown.flight.all_read()?;
+    let (json, surveys) = (flown.json()?, surveys_csv(&flown.surveys));
+    // What was flown need not be in memory beside what is read of it.
+    drop(flown);
     // By way of the text: a number is then the one that a reader of the JSON has.
-    let result = serde_json::from_str(&flown.json()?)?;
-    Ok(Part { error: None, result, surveys: surveys_csv(&flown.surveys) })
+    Ok(Part { error: None, result: serde_json::from_str(&json)?, surveys })
 }

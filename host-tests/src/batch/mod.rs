@@ -20,14 +20,17 @@ pub use flown::{Result, result};
 pub use key::{Key, program};
 pub use options::Options;
 
-use crate::failure::Failure;
+use crate::{
+    failure::Failure,
+    trace::{Fault, TraceError},
+};
 use flown::Beside;
 use parquet_file::Table;
 use parts::{Part, Parts};
 use schema::{RECORDINGS, STATIONS, WINDOWS};
 
-/// Results that are read together for the tables.
-const AT_ONCE: usize = 256;
+/// Results that are read together for the tables: their JSON is ten times as large in memory as in its file.
+const AT_ONCE: usize = 32;
 
 /// What a run did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -119,11 +122,25 @@ fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Ke
         return Ok((key, -1.0));
     }
     let flown = catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, &beside)));
-    let part = match flown {
-        Ok(Ok(part)) => part,
-        Ok(Err(error)) => Part::refused(without_path(&error.to_string(), path)),
-        Err(_) => Part::refused("a defect of this program: it panicked".into()),
+    let (key, part) = match flown {
+        Ok(Ok(part)) => (key, part),
+        Ok(Err(error)) => {
+            let part = Part::refused(without_path(&error.to_string(), path));
+            // A full disk says nothing of the recording: the next run tries again.
+            (if is_of_the_input(&error) { key } else { Key::of_path(path) }, part)
+        }
+        Err(_) => (key, Part::refused("a defect of this program: it panicked".into())),
     };
     parts.write(&key, &part)?;
     Ok((key, part.duration_s()))
+}
+
+/// Whether the same recording with the same options fails so again.
+fn is_of_the_input(error: &anyhow::Error) -> bool {
+    let of_trace = error.downcast_ref().map(|error: &TraceError| {
+        !matches!(error.fault, Fault::NotOpened(_) | Fault::NotRead(_) | Fault::NotWritten(_))
+    });
+    let of_failure =
+        error.downcast_ref().map(|failure: &Failure| matches!(failure, Failure::Config(_) | Failure::BadInput(_)));
+    of_trace.or(of_failure).unwrap_or(false)
 }

@@ -61,9 +61,19 @@ impl Found {
     /// from it.
     #[must_use]
     pub fn aliases(&self) -> Vec<&'static str> {
-        let own = self.effect.aliases().iter().copied().filter(|alias| !self.rivals.contains(alias));
-        self.rivals.iter().copied().chain(own).collect()
+        with_own(self.effect, &self.rivals)
     }
+}
+
+fn with_own(effect: &dyn Effect, rivals: &[&'static str]) -> Vec<&'static str> {
+    let own = effect.aliases().iter().copied().filter(|alias| !rivals.contains(alias));
+    rivals.iter().copied().chain(own).collect()
+}
+
+/// Names of what an effect of a report may be instead, as [`Found::aliases`].
+#[must_use]
+pub fn aliases(effect: &dyn Effect, report: &EffectReport, library: &[&dyn Effect]) -> Vec<&'static str> {
+    with_own(effect, &rivals(report, library))
 }
 
 /// Findings of a flight with the default library of effects.

@@ -3,6 +3,7 @@
 
 mod axes;
 mod norms;
+mod saturation;
 mod time;
 
 use super::{column_map::ColumnMap, merged::Merged, series::Series};

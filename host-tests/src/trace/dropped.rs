@@ -36,15 +36,25 @@ impl Dropped {
         self.first.as_deref().map(|first| first.clone().of(path))
     }
 
-    /// The first one, if so many rows were dropped that the times themselves are wrong.
+    /// Whether so many rows were dropped that the times themselves are wrong.
+    #[must_use]
+    pub fn are_too_many(&self, kept: usize) -> bool {
+        self.all() as f64 > TOO_MANY * (self.all() + kept) as f64
+    }
+
+    /// The first one, if they are too many.
     pub(super) fn too_many(&self, kept: usize) -> Option<Located> {
-        let is_most = self.all() as f64 > TOO_MANY * (self.all() + kept) as f64;
-        self.first.as_deref().filter(|_| is_most).cloned()
+        self.first.as_deref().filter(|_| self.are_too_many(kept)).cloned()
+    }
+
+    /// How many rows were dropped, and why.
+    #[must_use]
+    pub fn told(&self) -> String {
+        format!("{} rows dropped: {} repeat a time, {} are late", self.all(), self.repeated, self.late)
     }
 
     pub(super) fn note(&self) -> Option<String> {
         let line = self.first.as_deref()?.line?;
-        let (all, repeated, late) = (self.all(), self.repeated, self.late);
-        Some(format!("{all} rows dropped: {repeated} repeat a time, {late} are late; the first in line {line}"))
+        Some(format!("{}; the first in line {line}", self.told()))
     }
 }

@@ -56,7 +56,11 @@ pub fn flies_as_the_original(imported: &Import) {
 
 pub fn flies_within(trace: &Trace, limit_deg: f64) {
     static FLOWN: OnceLock<Flight> = OnceLock::new();
-    let expected = FLOWN.get_or_init(|| flight(original()));
+    flies_as(trace, FLOWN.get_or_init(|| flight(original())), limit_deg);
+}
+
+/// Every attitude of the trace's flight within so many degrees of another's.
+pub fn flies_as(trace: &Trace, expected: &Flight, limit_deg: f64) {
     let found = flight(trace);
     assert_eq!(found.outputs.len(), expected.outputs.len());
     let mut worst = 0.0_f64;

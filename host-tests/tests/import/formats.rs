@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use meerkat_mwd::Sample;
-use mwd::import::{ColumnMap, Verdict, import};
+use meerkat_mwd::{Sample, SampleFlags};
+use mwd::{
+    import::{ColumnMap, Verdict, import},
+    trace::Trace,
+};
 use tempfile::TempDir;
 
 use crate::files::{
-    Written, accel, flies_as_the_original, flies_within, gyro, imported, mag, original, rows, si, with_map, written,
+    Written, accel, flies_as, flies_as_the_original, flies_within, flight, gyro, imported, mag, original, rows, si,
+    with_map, written,
 };
 
 const G: f64 = 9.806_65;
@@ -87,6 +91,31 @@ fn clock_times() {
     flies_as_the_original(&told);
 }
 
+/// The trace with every so manieth acceleration, on the line between in the rows between, and field.
+fn thinned(trace: &Trace, accel: usize, mag: usize) -> Trace {
+    let (mut thinned, all) = (trace.clone(), &trace.samples);
+    for (row, sample) in thinned.samples.iter_mut().enumerate() {
+        let (before, after) = (row - row % accel, row - row % accel + accel);
+        match all.get(after) {
+            Some(after) if row > before => {
+                let before = &all[before];
+                let share = (sample.t_us - before.t_us) as f64 / (after.t_us - before.t_us) as f64;
+                sample.accel_m_s2 = std::array::from_fn(|axis| {
+                    let (a, b) = (f64::from(before.accel_m_s2[axis]), f64::from(after.accel_m_s2[axis]));
+                    (a + share * (b - a)) as f32
+                });
+            }
+            None if row > before => sample.accel_m_s2 = all[before].accel_m_s2,
+            _ => {}
+        }
+        if row % mag != 0 {
+            sample.flags.insert(SampleFlags::MAG_MISSING);
+            sample.mag_ut = [0.0; 3];
+        }
+    }
+    thinned
+}
+
 /// Three files of a phone's logger: 286 Hz, 143 Hz and 48 Hz, by the nanoseconds of a date.
 #[test]
 fn three_files_of_different_rates_on_one_clock() {
@@ -113,6 +142,7 @@ fn three_files_of_different_rates_on_one_clock() {
     }
     // Half the accelerations and a sixth of the fields, of a hand that turns fast.
     flies_within(&told.trace, 5.0);
+    flies_as(&told.trace, &flight(&thinned(original(), 2, 6)), 0.01);
     // The same as a folder.
     assert_eq!(imported(&[folder.path().to_owned()]).map, told.map);
 }
@@ -130,7 +160,8 @@ fn repeated_and_late_rows_are_dropped_and_counted() {
     flies_as_the_original(&told);
 }
 
-/// A ULog of the two topics, as PX4 writes it.
+/// A ULog of the two topics, byte by byte after PX4's description of the format; one that PX4's own library wrote is in
+/// `bindings/python/tests/test_foreign.py`.
 #[test]
 fn a_ulog() {
     let mut bytes = b"ULog\x01\x12\x35\x01".to_vec();
@@ -179,7 +210,8 @@ fn a_ulog() {
     assert!(half.abs_diff(original().samples.len() / 2) < 50, "{half}");
 }
 
-/// A .mat with a structure of single and double arrays, one of which lies.
+/// A .mat with a structure of single and double arrays, one of which lies, byte by byte after MathWorks' description of version 5;
+/// files that MATLAB itself wrote are in `bindings/python/tests/test_foreign.py`.
 #[test]
 fn a_mat_file() {
     fn element(kind: u32, data: &[u8]) -> Vec<u8> {

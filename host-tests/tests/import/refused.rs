@@ -1,9 +1,20 @@
 //! What cannot be is refused, with the fix that makes it right.
 
-use mwd::import::{ColumnMap, Import, Verdict, import};
+use meerkat_mwd::Sample;
+use mwd::{
+    import::{ColumnMap, Import, Verdict, import},
+    simulate::{Scenario, simulate},
+    trace::{
+        Keys, Trace,
+        recordings::{bundled, given},
+    },
+};
 use tempfile::TempDir;
 
-use crate::files::{flies_as_the_original, imported, si, with_map, written};
+use crate::{
+    files::{flies_as_the_original, imported, original, si, with_map, written},
+    rig::files::scenario,
+};
 
 type Change = fn([f64; 3]) -> [f64; 3];
 
@@ -72,6 +83,36 @@ fn an_acceleration_without_gravity_and_a_dead_axis_are_refused() {
     assert!(told.findings.iter().any(|f| f.fix.as_deref().is_some_and(|fix| fix.starts_with("gravity was taken out"))));
 }
 
+/// A rate that the pipeline does not take, gaps over a fifth of the time and repeated rows over one in twenty.
+#[test]
+fn a_clock_that_cannot_be_is_refused_with_what_to_look_at() {
+    let folder = TempDir::new().unwrap();
+    let text = si([|v| v; 3]);
+    let (head, rows) = text.split_once('\n').unwrap();
+    let rows: Vec<&str> = rows.lines().collect();
+    // A third of each second's rows is not there; every twelfth row is there twice.
+    let slow: Vec<&str> = rows.iter().step_by(20).copied().collect();
+    let in_gaps: Vec<&str> = rows.iter().enumerate().filter(|(row, _)| row % 285 < 190).map(|(_, row)| *row).collect();
+    let repeated: Vec<&str> =
+        rows.iter().enumerate().flat_map(|(row, text)| vec![*text; if row % 12 == 0 { 2 } else { 1 }]).collect();
+    for (number, (rows, told, fix)) in [
+        (slow, "rate 14.", "time_unit, now \"s\", or another column of time than \"t_s\""),
+        (in_gaps, "gaps over three periods", "the gyro was not read all the time"),
+        (repeated, "repeat a time", "the clock \"t_s\" is too coarse or not this sensor's"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = written(&folder, &format!("{number}.csv"), &format!("{head}\n{}\n", rows.join("\n")));
+        let import = imported(&[path]);
+        let wrong: Vec<_> = import.findings.iter().filter(|finding| finding.verdict == Verdict::Wrong).collect();
+        let is_it = |finding: &&mwd::import::Finding| {
+            finding.told.contains(told) && finding.fix.as_deref().is_some_and(|text| text.contains(fix))
+        };
+        assert!(import.is_wrong() && wrong.iter().any(|finding| is_it(finding)), "{number}: {:#?}", import.findings);
+    }
+}
+
 #[test]
 fn a_message_names_what_is_there() {
     let folder = TempDir::new().unwrap();
@@ -95,4 +136,106 @@ fn a_message_names_what_is_there() {
     let told = said("t_s,gx,gy,gz,ax,ay,az\n0,1,2,3,4,5,6\n0.01,1,oops,3,4,5,6\n", "");
     assert_eq!(told, "log: line 3, column gy: \"oops\" is not a number (1 such cells)");
     assert!(said("PK\u{3}\u{4}rest", "").ends_with("a zip archive: unpack it and name the files or their folder"));
+}
+
+/// Makes a file of a trace, imports it and returns what is said of saturation.
+fn saturated(folder: &TempDir, trace: &Trace) -> Option<(Verdict, String)> {
+    let path = folder.path().join("trace.csv");
+    trace.write(&path).unwrap();
+    let told = imported(&[path]);
+    let finding = told.findings.iter().find(|finding| finding.told.contains("saturates"))?;
+    Some((finding.verdict, finding.told.clone()))
+}
+
+fn drilled(seed: u64) -> Trace {
+    let trace = simulate(&Scenario { duration_s: 120.0, ..scenario("drilling_45deg") }, seed).0;
+    // Of a probe that does not state its full scale.
+    Trace { keys: Keys { gyro_full_scale_rad_s: None, accel_full_scale_m_s2: None, ..trace.keys }, ..trace }
+}
+
+/// Cuts readings off at the end of a range, and returns how many samples that changed.
+fn clipped(trace: &mut Trace, of: fn(&mut Sample) -> &mut [f32; 3], end: f32) -> usize {
+    let clip = |sample: &mut Sample| {
+        let reading = of(sample);
+        let before = *reading;
+        *reading = reading.map(|x| x.clamp(-end, end));
+        *reading != before
+    };
+    trace.samples.iter_mut().map(clip).filter(|is_clipped| *is_clipped).count()
+}
+
+/// A range that ends within the motion is told wherever it ends, of any sensor, and with the samples that stay there.
+#[test]
+fn saturation_is_told_wherever_the_range_ends() {
+    let folder = TempDir::new().unwrap();
+    let gyro: fn(&mut Sample) -> &mut [f32; 3] = |sample| &mut sample.gyro_rad_s;
+    let accel: fn(&mut Sample) -> &mut [f32; 3] = |sample| &mut sample.accel_m_s2;
+    for seed in 1..=3 {
+        let drilled = drilled(seed);
+        assert_eq!(saturated(&folder, &drilled), None, "{seed}");
+        let largest = |of: fn(&mut Sample) -> &mut [f32; 3]| {
+            let mut samples = drilled.samples.clone();
+            samples.iter_mut().flat_map(|sample| *of(sample)).fold(0.0_f32, |most, x| most.max(x.abs()))
+        };
+        // An end below the usual rate, at four fifths of the peak, and where few samples reach it.
+        for (of, end) in [(gyro, 1.0), (gyro, 0.8 * largest(gyro)), (accel, 0.8 * largest(accel)), (accel, 15.0)] {
+            let mut trace = drilled.clone();
+            let count = clipped(&mut trace, of, end);
+            let told = saturated(&folder, &trace);
+            // Below that count chance may do it, as the gate's statistics say.
+            if count < 30 {
+                continue;
+            }
+            let (verdict, told) = told.unwrap_or_else(|| panic!("{seed}: {count} of {end} are not told"));
+            assert!(told.contains(&format!("{count} samples stay at")), "{seed} {end} {count}: {told}");
+            let is_wrong = count as f64 > 0.05 * trace.samples.len() as f64;
+            assert_eq!(verdict == Verdict::Wrong, is_wrong, "{told}");
+        }
+    }
+    // Readings of a hand at an end that 56 samples reach.
+    let mut trace = original().clone();
+    let mut sizes: Vec<f32> = trace
+        .samples
+        .iter()
+        .map(|sample| sample.accel_m_s2.iter().fold(0.0, |most: f32, x| most.max(x.abs())))
+        .collect();
+    sizes.sort_unstable_by(f32::total_cmp);
+    let end = sizes[sizes.len() - 57];
+    let reach_it = sizes.iter().filter(|size| **size >= end).count();
+    clipped(&mut trace, accel, end);
+    let (verdict, told) = saturated(&folder, &trace).unwrap();
+    assert!(verdict == Verdict::Note && told.contains(&format!("{reach_it} samples stay at")), "{reach_it}: {told}");
+}
+
+/// Recordings as they are, rests, smooth peaks in coarse digits and turns at one rate are no saturation.
+#[test]
+fn what_repeats_without_saturation_is_none() {
+    let folder = TempDir::new().unwrap();
+    for path in bundled().unwrap().into_iter().chain(given().unwrap()) {
+        let told = imported(std::slice::from_ref(&path));
+        assert!(told.findings.iter().all(|finding| !finding.told.contains("saturates")), "{:#?}", told.findings);
+    }
+    // Coarse digits: of a rest, of a slow swing, and of a table that turns at one rate.
+    let swing = |k: usize| 1.5 * (0.004 * k as f64).sin();
+    let noise = |k: usize, sigma: f64| sigma * ((k * k % 97) as f64 / 48.0 - 1.0);
+    let coarse = |x: f64| (x / 0.01).round() * 0.01;
+    type Rate = fn(usize) -> f64;
+    let rates: [Rate; 3] = [|_| 0.3, |k| 1.5 * (0.004 * k as f64).sin(), |k| if k > 500 { 1.043 } else { 0.0 }];
+    for (number, rate) in rates.into_iter().enumerate() {
+        let rows: String = (0..6_000)
+            .map(|k| {
+                let [x, y, z] = [noise(k, 0.02), noise(k + 31, 0.02), rate(k) + noise(k + 7, 0.004)].map(coarse);
+                let (ax, ay) = (coarse(noise(k, 0.03)), coarse(swing(k)));
+                format!(
+                    "{:.2},{x:.2},{y:.2},{z:.2},{ax:.2},{ay:.2},{:.2}\n",
+                    k as f64 * 0.01,
+                    coarse(9.8 + noise(k + 3, 0.004))
+                )
+            })
+            .collect();
+        let path = written(&folder, "coarse.csv", &format!("t_s,gx,gy,gz,ax,ay,az\n{rows}"));
+        let told = with_map(&path, "[gyro]\nunit = 'rad/s'\n[accel]\nunit = 'm/s^2'\n");
+        let of_it: Vec<_> = told.findings.iter().filter(|finding| finding.told.contains("saturates")).collect();
+        assert!(of_it.is_empty(), "{number}: {of_it:#?}");
+    }
 }

@@ -146,6 +146,36 @@ fn a_gap_costs_no_result() {
     }
 }
 
+/// As a wireless recording has them: every window closes in its time, and what is identified between the gaps flies.
+#[test]
+fn a_gap_each_ten_to_twenty_seconds_ends_no_window() {
+    for seed in [1, 2, 3] {
+        let run = run(160.0, seed);
+        let mut dice = Dice::new(seed);
+        let mut lost = Vec::new();
+        let mut at_s = 10.0 + 10.0 * dice.roll();
+        while at_s < 155.0 {
+            lost.push((at_s, at_s + 0.2 + 1.3 * dice.roll()));
+            at_s += 10.0 + 10.0 * dice.roll();
+        }
+        let is_kept = |s: &&Sample| {
+            let t_s = s.t_us as f64 * 1e-6;
+            !lost.iter().any(|(from_s, to_s)| (*from_s..*to_s).contains(&t_s))
+        };
+        let kept: Vec<Sample> = run.trace.samples.iter().filter(is_kept).copied().collect();
+        let flight = run.fly(&kept);
+        assert_eq!(flight.counters.gaps as usize, lost.len());
+        assert!(lost.len() >= 7 && flight.counters.overruns == 0, "{seed}: {:?}", flight.counters);
+        // A window that would close in a gap closes at the first sample behind it.
+        let ends_s: Vec<f64> = flight.reports.iter().map(|report| report.t_end_us as f64 * 1e-6).collect();
+        let due_s = [50.0, 75.0, 100.0, 125.0, 150.0];
+        assert!(ends_s.len() == due_s.len(), "{seed}: {ends_s:?}");
+        assert!(ends_s.iter().zip(due_s).all(|(end, due)| (-0.02..1.6).contains(&(end - due))), "{seed}: {ends_s:?}");
+        assert!(flight.reports.iter().any(accepted), "{seed}: {:?}", flight.reports);
+        run.never_worse_than_bias_only(&flight);
+    }
+}
+
 #[test]
 fn the_last_result_takes_effect_at_the_first_sample_of_the_hold_out_wherever_that_lies_between_samples() {
     // The latency is not a whole number of these periods.

@@ -42,9 +42,15 @@ __all__ = [
 _Path = str | _os.PathLike[str]
 
 
-def read(path: _Path) -> Trace:
-    """Reads a trace file, ``.csv`` or ``.csv.gz``."""
-    return Trace.read(_os.fspath(path))
+def read(path: _Path, *, strict: bool = False) -> Trace:
+    """Reads a trace file, ``.csv`` or ``.csv.gz``.
+
+    Args:
+        path: The file.
+        strict: A row whose time repeats or goes back is an error. Else it is dropped and counted (``Trace.dropped``,
+            ``Trace.notes``); over one row in twenty is an error anyhow.
+    """
+    return Trace.read(_os.fspath(path), strict)
 
 
 def trace(
@@ -53,21 +59,25 @@ def trace(
     acc: ArrayLike | None = None,
     mag: ArrayLike | None = None,
     temperature: ArrayLike | None = None,
+    *,
+    strict: bool = False,
     **keys: object,
 ) -> Trace:
     """A recording of arrays, or of a DataFrame.
 
     Args:
-        t_s: Times, seconds, (N,), increasing; or a DataFrame (or mapping) with the columns of a trace file: ``t_s gx
-            gy gz ax ay az`` and optionally ``mx my mz temp_c``.
+        t_s: Times, seconds, (N,); or a DataFrame (or mapping) with the columns of a trace file: ``t_s gx gy gz ax ay
+            az`` and optionally ``mx my mz temp_c``. A row whose time repeats or goes back is dropped and counted, as
+            in a file: ``Trace.dropped``, ``Trace.notes``; over one row in twenty is an error.
         gyr: Rates, rad/s, (N, 3).
         acc: Specific force, m/s^2, (N, 3).
         mag: Field, microtesla, (N, 3), NaN where it was not read.
         temperature: Degrees Celsius, (N,).
+        strict: A row whose time repeats or goes back is an error.
         keys: Keys of a trace's header, for instance ``body_frame="tool"``.
     """
     if gyr is None:
-        table = t_s
+        table: Any = t_s
 
         def three(names: str) -> NDArray[_np.float64]:
             return _np.stack([_np.asarray(table[name], dtype=float) for name in names.split()], axis=1)
@@ -90,6 +100,7 @@ def trace(
         None if mag is None else array(mag),
         None if temperature is None else array(temperature),
         [(key, _text(value)) for key, value in keys.items()],
+        strict,
     )
 
 
@@ -97,12 +108,14 @@ def _text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _as_trace(recording: Any) -> Trace:
+def _as_trace(recording: Any, strict: bool = False) -> Trace:
     if isinstance(recording, Trace):
+        if strict and any(recording.dropped):
+            raise ValueError("; ".join(note for note in recording.notes if "dropped" in note))
         return recording
     if isinstance(recording, (str, _os.PathLike)):
-        return read(recording)
-    return trace(recording)
+        return read(recording, strict=strict)
+    return trace(recording, strict=strict)
 
 
 def _frame(columns: Mapping[str, Any]) -> pd.DataFrame:
@@ -129,7 +142,8 @@ class Flight:
     def json(self) -> dict[str, Any]:
         """The result, its fields as docs/json.md has them."""
         if self._json is None:
-            self._json = _json.loads(self._native.json())
+            read: dict[str, Any] = _json.loads(self._native.json())
+            self._json = read
         return self._json
 
     @property
@@ -201,6 +215,7 @@ def replay(
     hold_out: float | None = None,
     seed: int | None = None,
     no_effects: bool = False,
+    strict: bool = False,
     force: bool = False,
 ) -> Flight:
     """Flies a recording, as ``cargo mwd replay`` does. Other threads run meanwhile.
@@ -211,17 +226,19 @@ def replay(
         hold_out: Freeze the parameters before this last fraction, and score only there.
         seed: Seed of the searches.
         no_effects: Identify the twelve parameters only.
+        strict: A row whose time repeats or goes back is an error; else it is dropped and counted.
         force: Fly a recording whose units, signs or axes cannot be; nothing is identified from it.
     """
     native = _native.replay(
-        _as_trace(recording), None if config is None else _os.fspath(config), hold_out, seed, no_effects, force
+        _as_trace(recording, strict), None if config is None else _os.fspath(config), hold_out, seed, no_effects, force
     )
     return Flight(native)
 
 
 def diagnose(recording: Trace | _Path | Mapping[str, Any] | pd.DataFrame, **options: Any) -> dict[str, Any]:
     """Which physical effects a recording shows: the field ``diagnosis`` of the result. Options as in :func:`replay`."""
-    return replay(recording, **options).json["diagnosis"]
+    diagnosis: dict[str, Any] = replay(recording, **options).json["diagnosis"]
+    return diagnosis
 
 
 def simulate(scenario: _Path, seed: int = 1) -> tuple[Trace, NDArray[_np.float64], NDArray[_np.float64]]:
@@ -257,7 +274,8 @@ def survey(stations: str | pd.DataFrame, run: str | None = None) -> dict[str, An
         run: Settings of the run, TOML text.
     """
     text = stations if isinstance(stations, str) else stations.to_csv(index=False)
-    return _json.loads(_native.survey(text, run))
+    surveyed: dict[str, Any] = _json.loads(_native.survey(text, run))
+    return surveyed
 
 
 class Import:
@@ -288,11 +306,33 @@ def import_recording(
     return imported
 
 
+def _enu(ned: NDArray[_np.float32]) -> NDArray[_np.float32]:
+    """Body to east, north, up, of quaternions to north, east, down."""
+    w, x, y, z = ned.T
+    half = _np.float32(_np.sqrt(0.5))
+    # Half a turn about the bisector of north and east, from the left.
+    return _np.stack([-half * (x + y), half * (w + z), half * (w - z), half * (y - x)], axis=1)
+
+
 class AttitudeFilter:
     """Attitude alone, with the call of VQF: rates are taken as they are, and nothing is identified.
 
+    Where it is not as VQF:
+
+    - The constructor takes one period for all sensors and the kind of motion, and none of VQF's parameters. There is
+      no ``update`` of single samples (:class:`Probe` has one), no ``updateBatchFullState`` and no offline filter.
+    - Quaternions are NaN until the first specific force aligns the filter, where VQF begins with no rotation.
+    - ``quat6D`` is a second filter that never sees the field, and ``delta`` the heading of ``quat9D`` against it; in
+      VQF both share their tilt. Its heading begins where the first sample's x axis points, as arbitrary as VQF's.
+    - ``bias``, ``biasSigma`` and ``restDetected`` are of the filter with the field, if there is one.
+    - ``biasSigma`` is the largest 1-sigma of the three axes as the filter states it; VQF's is an upper bound.
+    - ``magDistDetected`` is true where a field was given and not used, for whatever reason; VQF's where its norm or
+      dip is off. A field of NaN or of zeros is missing, and not disturbed.
+    - The field must be of microtesla's size; VQF takes any unit.
+    - Arrays are float32, but for the two of bool; VQF's are float64.
+
     Args:
-        period_s: Time between two samples, seconds; VQF's ``gyrTs``.
+        period_s: Time between two samples, seconds, 0.0001 to 0.05; VQF's ``gyrTs``.
         motion: ``hand``, or ``drill_string`` for a probe that goes round and is not carried about.
     """
 
@@ -302,19 +342,33 @@ class AttitudeFilter:
     def updateBatch(  # noqa: N802 - VQF's name
         self, gyr: ArrayLike, acc: ArrayLike, mag: ArrayLike | None = None
     ) -> dict[str, NDArray[Any]]:
-        """Filters whole arrays of shape (N, 3): rad/s, m/s^2, microtesla.
+        """Filters whole arrays of shape (N, 3): rad/s, m/s^2, microtesla. NaN is a missing reading.
 
-        Returns a dictionary of (N, 4), scalar first: ``quatNED``, body to north, east, down; and in VQF's earth
-        frame, east, north, up, as ``quat9D``, or as ``quat6D`` if there is no field. NaN where there is no attitude.
+        Returns a dictionary, in all cases
+
+        - ``quat6D`` (N, 4): body to east, north, up, VQF's earth frame, scalar first, without the field;
+        - ``bias`` (N, 3): the gyro's bias in the body frame, rad/s, and ``biasSigma`` (N,), its deviation;
+        - ``restDetected`` (N,): whether the probe rests;
+
+        and with ``mag``
+
+        - ``quat9D`` (N, 4): as ``quat6D``, with the field;
+        - ``delta`` (N,): heading of ``quat9D`` against ``quat6D``, radians, counted from east to north;
+        - ``magDistDetected`` (N,): whether the field was not used;
+
+        and, not in VQF, ``quatNED`` (N, 4): the better of both as body to north, east, down.
         """
 
         def array(values: ArrayLike) -> NDArray[_np.float64]:
             return _np.ascontiguousarray(values, dtype=float)
 
         result = self._native.update_batch(array(gyr), array(acc), None if mag is None else array(mag))
-        w, x, y, z = result["quatNED"].T
-        half = _np.float32(_np.sqrt(0.5))
-        # Half a turn about the bisector of north and east, from the left.
-        enu = _np.stack([-half * (x + y), half * (w + z), half * (w - z), half * (y - x)], axis=1)
-        result["quat6D" if mag is None else "quat9D"] = enu
+        result["quatNED"] = result["quat6D" if mag is None else "quat9D"]
+        result["quat6D"] = _enu(result["quat6D"])
+        if mag is not None:
+            result["quat9D"] = _enu(result["quat9D"])
+            (w, x, y, z), (v, a, b, c) = result["quat9D"].T, result["quat6D"].T
+            # The turn about up in quat9D times the conjugate of quat6D.
+            half = _np.arctan2(z * v - w * c + y * a - x * b, w * v + x * a + y * b + z * c)
+            result["delta"] = (2 * half + _np.pi) % (2 * _np.pi) - _np.pi
         return result

@@ -9,8 +9,8 @@ class Trace:
     """A recording: samples, keys of its header, and a reference attitude if there is one."""
 
     @staticmethod
-    def read(path: str) -> Trace:
-        """Reads a trace file, .csv or .csv.gz."""
+    def read(path: str, strict: bool = False) -> Trace:
+        """Reads a trace file, .csv or .csv.gz; ``strict`` makes a row that is dropped for its time an error."""
     @staticmethod
     def from_arrays(
         t_s: NDArray[Any],
@@ -19,12 +19,16 @@ class Trace:
         mag: NDArray[Any] | None = None,
         temperature: NDArray[Any] | None = None,
         keys: list[tuple[str, str]] = ...,
+        strict: bool = False,
     ) -> Trace:
         """A trace of float64 arrays: s (N,), rad/s, m/s^2, uT (N, 3), degC (N,). NaN is a missing value."""
     def write(self, path: str) -> None:
         """Writes the trace, gzip when the name ends in .gz."""
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name: t_s, gyr, acc, mag, temperature; reference and true_rate where there are."""
+    @property
+    def dropped(self) -> tuple[int, int]:
+        """Numbers of rows that were dropped: whose time repeats, and whose time goes back."""
     @property
     def notes(self) -> list[str]:
         """Remarks of the reader, such as ignored columns."""
@@ -57,6 +61,19 @@ class Probe:
         temperature: float | None = None,
     ) -> dict[str, Any] | None:
         """Takes a sample and does the work that the chip does beside it; the attitude, or None before there is one."""
+    def take_report(self) -> dict[str, Any] | None:
+        """The report of the oldest closed window that was not taken yet, or None.
+
+        Its fields are those of ``identification.windows`` in docs/json.md: ``accepted``, ``reason``, ``P`` (9, row by
+        row), ``b_rad_s`` (3), ``sigma`` (12), times in seconds. The last 1,000 wait.
+        """
+    def take_diagnosis(self) -> dict[str, Any] | None:
+        """The oldest diagnosis that was not taken yet, or None; one is made when a window closes.
+
+        ``t_start_s``, ``t_end_s``, ``t_effect_s`` (from when the effects are taken out), seconds; ``verdict``;
+        ``effects``, with the fields of ``diagnosis.effects`` in docs/json.md, without the residual of each, which is of
+        a whole flight; ``nis`` without and with the effects; ``remainder``. The last 1,000 wait.
+        """
 
 @final
 class AttitudeFilter:

@@ -1,13 +1,16 @@
 """Recordings past one machine, on an engine that is there: Dask distributed; see the README for Spark and Ray.
 
-A recording is a task. Its result is three small Parquet files, named by a hash of the recording's address and bytes, the
-options and the version; each appears whole or not at all, the one of ``recordings`` last. So a task that an engine runs
-twice writes the same files twice, a lost worker loses only what it was flying, and a run that is started again flies only
-what is not there.
+A recording is a task. Its result is three small Parquet files, named by a hash of the recording's address and by one of
+all that the result depends on: the recording's bytes, the configuration's, the other options and the compiled library;
+each appears whole or not at all, the one of ``recordings`` last. So a task that an engine runs twice writes the same files
+twice, a lost worker loses only what it was flying, and a run that is started again flies only what is not there. A result
+takes the place of the same recording's former one.
 """
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import hashlib
 import io
 import json
@@ -18,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import meerkat_mwd
+from meerkat_mwd import _native
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,6 +111,27 @@ def _parquet(rows: list[dict[str, Any]]) -> bytes:
     return sink.getvalue()
 
 
+@functools.cache
+def _library() -> bytes:
+    """Hash of the compiled library: another build may fly otherwise."""
+    hashed = hashlib.blake2b(meerkat_mwd.__version__.encode(), digest_size=16)
+    if _native.__file__ is not None:
+        hashed.update(Path(_native.__file__).read_bytes())
+    return hashed.digest()
+
+
+def _key(url: str, content: bytes, options: dict[str, Any]) -> str:
+    """Hash of all that a recording's result depends on. A configuration counts by its bytes, wherever it is."""
+    others = {name: value for name, value in options.items() if name != "config"}
+    config = options.get("config")
+    hashed = hashlib.blake2b(_library(), digest_size=16)
+    parts = [repr([url, sorted(others.items())]).encode(), b"" if config is None else Path(config).read_bytes(), content]
+    for part in parts:
+        # With its length, so that no two lists of parts are one text.
+        hashed.update(len(part).to_bytes(8, "little") + part)
+    return hashed.hexdigest()
+
+
 def _one(url: str, results: str, options: dict[str, Any]) -> bool:
     """Flies a recording unless its result is there; whether it was flown."""
     import fsspec
@@ -116,25 +141,35 @@ def _one(url: str, results: str, options: dict[str, Any]) -> bool:
             content, unread = file.read(), None
     except OSError as error:
         content, unread = b"", f"cannot be read: {error}"
-    told = json.dumps([url, meerkat_mwd.__version__, sorted(options.items())], default=str).encode()
-    key = hashlib.blake2b(told + content, digest_size=16).hexdigest()
+    own = hashlib.blake2b(url.encode(), digest_size=8).hexdigest()
+    # What could not be read has no content to be known by: it is tried again each time.
+    key = _key(url, content, options) if unread is None else "unread"
     storage, root = fsspec.core.url_to_fs(results)
-    done = f"{root}/recordings/{key}.parquet"
-    if unread is None and storage.exists(done):
-        return False
-    if unread is None:
-        rows = fly(url, content, **options)
-    else:
-        rows = {"recordings": [{"path": url, "ok": False, "error": unread}], "windows": [], "stations": []}
-    for name in reversed(TABLES):
-        if rows[name]:
-            data = _parquet([{**row, "hash": key} for row in rows[name]])
-            unfinished = f"{root}/{name}/.{key}.{uuid.uuid4().hex}"
-            storage.makedirs(f"{root}/{name}", exist_ok=True)
-            with storage.open(unfinished, "wb") as file:
-                file.write(data)
-            storage.mv(unfinished, f"{root}/{name}/{key}.parquet")
-    return True
+
+    def former(table: str) -> list[str]:
+        return [file for file in storage.glob(f"{root}/{table}/{own}.*.parquet") if not file.endswith(f"/{own}.{key}.parquet")]
+
+    is_kept = unread is None and storage.exists(f"{root}/recordings/{own}.{key}.parquet")
+    if not is_kept:
+        if unread is None:
+            rows = fly(url, content, **options)
+        else:
+            rows = {"recordings": [{"path": url, "ok": False, "error": unread}], "windows": [], "stations": []}
+        for name in reversed(TABLES):
+            if rows[name]:
+                data = _parquet([{**row, "hash": key} for row in rows[name]])
+                unfinished = f"{root}/{name}/.{own}.{key}.{uuid.uuid4().hex}"
+                storage.makedirs(f"{root}/{name}", exist_ok=True)
+                with storage.open(unfinished, "wb") as file:
+                    file.write(data)
+                storage.mv(unfinished, f"{root}/{name}/{own}.{key}.parquet")
+    # Also of a result that is kept: the worker that wrote it may have been lost before it came to this.
+    for table in TABLES:
+        for file in former(table):
+            # The same task may run elsewhere and be quicker.
+            with contextlib.suppress(FileNotFoundError):
+                storage.rm(file)
+    return not is_kept
 
 
 def run(
@@ -147,7 +182,8 @@ def run(
         client: The cluster's client. Its workers need this package.
         results: Folder of the results, an address too.
         retries: How often a recording is tried again whose worker or network failed.
-        options: As in :func:`meerkat_mwd.replay`; files that they name must be there on the workers.
+        options: As in :func:`meerkat_mwd.replay`. The configuration that ``config`` names must be there on the workers;
+            a run ends with the error where it is not.
 
     Returns:
         Numbers of recordings: ``flown`` now, and ``kept`` from before.
@@ -174,4 +210,5 @@ def read(results: str, table: str = "recordings") -> pd.DataFrame:
     for file in files:
         with storage.open(file, "rb") as opened:
             tables.append(pq.read_table(opened))
-    return pa.concat_tables(tables, promote_options="default").to_pandas()
+    together: pd.DataFrame = pa.concat_tables(tables, promote_options="default").to_pandas()
+    return together

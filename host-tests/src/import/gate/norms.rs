@@ -1,27 +1,25 @@
-//! Sizes of the readings: gravity at rest, the field, dead axes, saturation.
+//! Sizes of the readings: gravity at rest, the field, dead axes.
 
 use super::{
     super::{
         resolve::{in_words, name},
         units::{Quantity, STANDARD_GRAVITY},
     },
-    Finding, Imported,
+    Finding, Imported, saturation,
 };
 
 /// Gravity that the pipeline takes (`Earth::gravity_m_s2`): an accelerometer's scale may be off, a unit not.
-const GRAVITY: std::ops::RangeInclusive<f64> = 9.0..=10.5;
+pub(super) const GRAVITY: std::ops::RangeInclusive<f64> = 9.0..=10.5;
 /// Norm in motion: vibration adds to gravity.
 const IN_MOTION: std::ops::RangeInclusive<f64> = 4.0..=40.0;
 /// The earth's field, microtesla (World Magnetic Model: 22 to 67).
-const FIELD: std::ops::RangeInclusive<f64> = 20.0..=70.0;
+pub(super) const FIELD: std::ops::RangeInclusive<f64> = 20.0..=70.0;
 /// Deviation of the specific force's norm and of a rate over a second of rest.
 const REST: (f64, f64) = (0.15, 0.05);
 /// Factor between two units from which no scale, magnet or vibration is the cause.
 const OTHER_UNIT: (f64, f64) = (5.0, 50.0);
 /// Seconds of rest that tell of gravity for certain.
 const RESTED: usize = 3;
-/// Readings at the largest value from which a sensor counts as saturated, and share from which it is wrong.
-const SATURATED: (usize, f64) = (10, 0.05);
 
 pub(super) fn check(imported: &Imported) -> Vec<Finding> {
     let merged = imported.merged;
@@ -41,7 +39,7 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
             continue;
         }
         findings.extend(dead_axes(imported, quantity, &there));
-        findings.extend(saturation(imported, quantity, &there));
+        findings.extend(saturation::check(imported, quantity, &there));
         match quantity {
             Quantity::Accel => findings.push(gravity(imported)),
             Quantity::Mag => findings.push(field(imported, &there)),
@@ -64,7 +62,7 @@ fn norm(row: &[f64]) -> f64 {
     row[..3].iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
@@ -163,34 +161,4 @@ fn dead_axes(imported: &Imported, quantity: Quantity, there: &[[f64; 3]]) -> Vec
         Finding::wrong(told, format!("name the right column in [{}], or the sensor is dead", name(quantity)))
     };
     dead.map(finding).collect()
-}
-
-fn saturation(imported: &Imported, quantity: Quantity, there: &[[f64; 3]]) -> Option<Finding> {
-    let keys = imported.keys;
-    let (key, known) = match quantity {
-        Quantity::Gyro => ("gyro_full_scale_rad_s", keys.gyro_full_scale_rad_s),
-        Quantity::Accel => ("accel_full_scale_m_s2", keys.accel_full_scale_m_s2),
-        _ => ("mag_full_scale_ut", keys.mag_full_scale_ut),
-    };
-    let largest = |row: &[f64; 3]| row.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let limit = there.iter().map(largest).fold(0.0, f64::max);
-    // A reading that saturates stays at the end of its range for more than one sample.
-    let runs = there
-        .windows(2)
-        .filter(|pair| largest(&pair[0]) >= 0.999 * limit && largest(&pair[1]) >= 0.999 * limit)
-        .count();
-    let typical = median(there.iter().map(largest).collect());
-    if runs < SATURATED.0 || limit < 2.0 * typical {
-        return None;
-    }
-    let share = runs as f64 / there.len() as f64;
-    let told = format!("the {} saturates at {limit:.4} in {runs} samples", in_words(quantity));
-    let fix = format!("{key} = {limit:.4} in [keys], so that these samples count as clipped");
-    Some(if share > SATURATED.1 {
-        Finding::wrong(told, "the full scale was too small for this motion; --force imports it".into())
-    } else if known.is_some() {
-        Finding::note(told)
-    } else {
-        Finding { fix: Some(fix), ..Finding::note(told) }
-    })
 }

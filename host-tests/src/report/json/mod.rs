@@ -7,14 +7,19 @@ use std::{
     path::Path,
 };
 
-use meerkat_mwd::{Config, SampleFlags, magnet::HardIronInterval, survey::SurveyReport};
+use meerkat_mwd::{
+    Config, SampleFlags, compensation::Effect, diagnosis::EffectReport, magnet::HardIronInterval, survey::SurveyReport,
+};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 pub mod parameters;
+mod probe_reports;
 mod remainder;
 mod surveys;
 mod window;
+
+pub use probe_reports::{diagnosis_json, window_json};
 
 use parameters::{Parameters, in_seconds};
 use remainder::RemainderJson;
@@ -126,23 +131,31 @@ struct EffectJson {
 
 impl EffectJson {
     fn new(found: &Found) -> Self {
-        let report = &found.report;
+        Self {
+            residual_before: found.residual_deg.before,
+            residual_after: found.residual_deg.after,
+            ..Self::of_report(found.effect, &found.report, found.aliases(), found.active_s)
+        }
+    }
+
+    /// Of an effect whose residual nobody has computed.
+    fn of_report(effect: &dyn Effect, report: &EffectReport, aliases: Vec<&'static str>, active_s: [f64; 2]) -> Self {
         let by_name = |values: &[f32]| {
-            let parameters = found.effect.parameters().iter().zip(values);
+            let parameters = effect.parameters().iter().zip(values);
             parameters.map(|(parameter, value)| (parameter.name, value * parameter.in_unit)).collect()
         };
         Self {
-            name: found.effect.name(),
-            aliases: found.aliases(),
+            name: effect.name(),
+            aliases,
             parameters: by_name(&report.found.parameters),
             sigma: by_name(&report.found.sigma),
-            active_s: vec![found.active_s],
+            active_s: vec![active_s],
             found_s: Some(in_seconds(report.found_us)),
             taken_out_s: report.is_taken_out().then(|| in_seconds(report.taken_out_us)),
             evidence: Some(report.evidence),
             taken_out: report.is_taken_out(),
-            residual_before: found.residual_deg.before,
-            residual_after: found.residual_deg.after,
+            residual_before: None,
+            residual_after: None,
             residual_unit: "deg",
         }
     }
