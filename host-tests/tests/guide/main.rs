@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod code;
+mod refusals;
 
 use std::{
     collections::BTreeSet,
@@ -189,7 +190,7 @@ fn is_explained(page: &str, title: Option<&str>) {
     if let Some(title) = title {
         assert!(text.starts_with(&format!("# {title}\n")), "{page}");
     }
-    let headings = ["## What to do\n"];
+    let headings = ["## What it looks like\n", "## What to do\n"];
     assert!(text.starts_with("# ") && headings.iter().all(|heading| text.contains(heading)), "{page}");
 }
 
