@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod code;
+mod notebook;
 mod refusals;
 
 use std::{
