@@ -116,3 +116,8 @@ pub struct Guide;
 #[cfg(all(doctest, feature = "telemetry"))]
 #[doc = include_str!("../guide/src/own_firmware.md")]
 pub struct GuideFirmware;
+
+/// Code of the page about sensors, compiled as a test.
+#[cfg(all(doctest, feature = "bus"))]
+#[doc = include_str!("../docs/sensors.md")]
+pub struct GuideSensors;

@@ -12,6 +12,9 @@ mod own_cost;
 #[path = "../examples/own_effect.rs"]
 mod own_effect;
 #[cfg(feature = "bus")]
+#[path = "../examples/own_imu.rs"]
+mod own_imu;
+#[cfg(feature = "bus")]
 #[path = "../examples/own_sensor.rs"]
 mod own_sensor;
 #[cfg(feature = "storage")]
@@ -83,6 +86,21 @@ fn a_sensor_of_ones_own_gives_its_readings_in_the_tools_frame() {
     let fields = own_sensor::fields().unwrap();
     assert!((70..=80).contains(&fields.len()), "{}", fields.len());
     assert!(fields.iter().all(|[x, _, z]| (z + 20.0).abs() < 4.0 && x.abs() < 4.0), "{fields:?}");
+}
+
+/// The part needs 135 ms for its start, and its first frames are dropped.
+#[cfg(feature = "bus")]
+#[test]
+fn a_gyro_of_ones_own_gives_samples() {
+    own_imu::main().unwrap();
+    let samples = own_imu::samples().unwrap();
+    assert!((160..=200).contains(&samples.len()), "{}", samples.len());
+    for sample in &samples {
+        assert!(sample.flags.contains(meerkat_mwd::SampleFlags::MAG_MISSING));
+        let [x, y, z] = sample.gyro_rad_s.map(f32::to_degrees);
+        assert!((x - 10.0).abs() < 0.5 && y.abs() < 0.5 && z.abs() < 0.5, "{sample:?}");
+        assert!((sample.accel_m_s2[2] - 9.81).abs() < 0.1 && (sample.temperature_c - 30.0).abs() < 0.1, "{sample:?}");
+    }
 }
 
 #[test]

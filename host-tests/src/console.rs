@@ -3,7 +3,7 @@
 
 use std::{
     fs::File,
-    io::{self, Read, Write},
+    io::{self, IsTerminal, Read, Write},
     path::Path,
     sync::atomic::{AtomicBool, Ordering},
 };
@@ -12,7 +12,7 @@ use std::{
 pub const STDIO: &str = "-";
 
 /// Options that name an output.
-const OUTPUTS: [&str; 11] = [
+const OUTPUTS: [&str; 13] = [
     "-o",
     "--attitude",
     "--rates",
@@ -24,6 +24,8 @@ const OUTPUTS: [&str; 11] = [
     "--witsml2",
     "--las",
     "--plot",
+    "--plot-rate",
+    "--plot-error",
 ];
 
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -57,6 +59,12 @@ pub fn told() -> Box<dyn Write> {
     } else {
         Box::new(anstream::stdout())
     }
+}
+
+/// Whether what a command tells is read at a terminal.
+#[must_use]
+pub fn tells_a_terminal() -> bool {
+    if RESULT_ON_STDOUT.load(Ordering::Relaxed) { io::stderr().is_terminal() } else { io::stdout().is_terminal() }
 }
 
 /// Whether a path stands for the standard input or output.

@@ -14,7 +14,31 @@ pub enum Failure {
     /// Input or usage that no other variant names.
     #[error("{0}")]
     BadInput(String),
-    /// Something that is needed is not there: a port, a key, an answer.
+    /// A file that the command line or another file names cannot be read.
+    #[error("{}: cannot be read: {why}", path.display())]
+    Unread {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        why: String,
+    },
+    /// A probe's line cannot be opened.
+    #[error("{place}: cannot be opened: {why}")]
+    Port {
+        /// The port, file or address.
+        place: String,
+        /// What the system says.
+        why: String,
+    },
+    /// The file with a probe's key cannot be read.
+    #[error("{}: the key cannot be read: {why}", path.display())]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        why: String,
+    },
+    /// Something that is needed is not there: an answer, a reader.
     #[error("{0}")]
     Missing(String),
     /// A result file cannot be written.
@@ -28,6 +52,12 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// The failure to read `path`.
+    #[must_use]
+    pub fn unread(path: &Path, error: &std::io::Error) -> Self {
+        Self::Unread { path: path.to_owned(), why: error.to_string() }
+    }
+
     /// The failure to write `path`.
     #[must_use]
     pub fn output(path: &Path, error: &std::io::Error) -> Self {

@@ -13,6 +13,7 @@ pub mod fleet;
 pub mod flight;
 pub mod fuzzed;
 pub mod import;
+pub mod layout;
 pub mod port;
 pub mod report;
 pub mod research;

@@ -9,7 +9,10 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use rig::{files::scenario_path, program::mwd};
+use rig::{
+    files::{ATTACHED_MAGNET, FAST_ROTATION, recording_path, scenario_path},
+    program::mwd,
+};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -100,5 +103,92 @@ fn shells_get_their_completions() {
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = String::from_utf8(mwd(&["completions", shell]).stdout).unwrap();
         assert!(script.contains("replay") && script.contains("hold-out"), "{shell}");
+    }
+}
+
+/// Each error says what can be done about it; the parser of the command line points at the help.
+#[test]
+fn every_error_ends_with_a_next_step() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (recording, out) = (recording_path(ATTACHED_MAGNET), at("out.parquet"));
+    let recording = recording.to_str().unwrap();
+    let (nowhere, none) = (at("file/report.html"), at("none"));
+    std::fs::write(at("file"), "[[bin]]\nname = 1\n").unwrap();
+    let file = at("file");
+    let wrong: [&[&str]; 22] = [
+        &["monitor", "/dev/none"],
+        &["monitor", &file, "--once"],
+        &["record", "/dev/none", "-o", &at("trace.csv")],
+        &["command", "/dev/none", "self-test"],
+        &["command", "/dev/none", "erase", "models"],
+        &["command", "/dev/none", "--key", &none, "erase", "models"],
+        &["command", "/dev/none", "configure", &none],
+        &["replay", recording, "--config", &none],
+        &["replay", recording, "--config", &file],
+        &["replay", recording, "--html", &nowhere],
+        &["replay", recording, "--hold-out", "3"],
+        &["replay", &none],
+        &["replay", recording, "--model", &none],
+        &["fleet", &none],
+        &["fleet", &file],
+        &["batch", &at("*.nothing"), "-o", &out],
+        &["survey", &none],
+        &["simulate", &none],
+        &["simulate", &file],
+        &["import", &file, "-o", &at("imported.csv")],
+        &["bench", "--only", "nothing"],
+        &["field", "--latitude", "100", "--longitude", "0", "--date", "2026-01-01"],
+    ];
+    for arguments in wrong {
+        let output = mwd(arguments);
+        assert!(!output.status.success(), "{arguments:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        let last = said.lines().last().unwrap_or_default();
+        assert!(last.starts_with("next: ") || last.contains("try '--help'"), "{arguments:?}: {said}");
+        assert!(said.starts_with("error: ") && !said.contains('\u{1b}'), "{arguments:?}: {said}");
+    }
+}
+
+/// In a pipe each line says by itself what it shows, and there are no colours; at a terminal there are tables.
+#[test]
+fn tables_are_for_terminals() {
+    let recording = recording_path(FAST_ROTATION);
+    let recording = recording.to_str().unwrap();
+    let piped = String::from_utf8(mwd(&["replay", recording]).stdout).unwrap();
+    let line = piped.lines().find(|line| line.starts_with("scores   whole trace, rotation over 2 s, deg rms: "));
+    assert!(line.is_some_and(|line| line.contains("uncompensated ") && line.contains(", flown ")), "{piped}");
+    let p = piped.lines().find(|line| line.starts_with("final P  ")).unwrap();
+    assert_eq!(p.matches("+-").count(), 9, "{p}");
+    assert!(piped.starts_with("verdict  ") && !piped.contains('\u{1b}'), "{piped}");
+    // A terminal by `script`, which is of every Debian.
+    let command = format!("{} replay {recording}", env!("CARGO_BIN_EXE_mwd"));
+    let Ok(output) = Command::new("script").args(["-qec", &command, "/dev/null"]).stdin(Stdio::null()).output() else {
+        println!("SKIPPED: no `script`");
+        return;
+    };
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        shown.contains('\u{1b}') && shown.contains("uncompensated    bias only    12 param.        flown"),
+        "{shown}"
+    );
+    assert!(shown.lines().any(|line| line.contains("final P ") && line.matches("+-").count() == 3), "{shown}");
+}
+
+/// A header without rows, or a zero with a minus, would tell of nothing.
+#[test]
+fn what_there_is_not_is_not_told() {
+    let recording = recording_path(ATTACHED_MAGNET);
+    let recording = recording.to_str().unwrap();
+    for command in ["replay", "diagnose"] {
+        let told = String::from_utf8(mwd(&[command, recording]).stdout).unwrap();
+        for line in told.lines() {
+            assert!(!line.starts_with("scores   whole trace  "), "{told}");
+            let is_zero = |word: &str| {
+                let digits = word.trim_end_matches([',', ';', ')']).strip_prefix('-');
+                digits.is_some_and(|zero| zero.contains('0') && zero.chars().all(|c| c == '0' || c == '.'))
+            };
+            assert!(!line.split([' ', '(']).any(is_zero), "{line}");
+        }
     }
 }

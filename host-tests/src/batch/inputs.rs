@@ -26,7 +26,7 @@ fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let bad = |what: String| Err(Failure::BadInput(format!("{input}: {what}")));
     if let Some(list) = input.strip_prefix('@') {
         let text = crate::console::text(Path::new(list));
-        let text = text.map_err(|error| Failure::BadInput(format!("{list}: cannot be read: {error}")))?;
+        let text = text.map_err(|error| Failure::unread(Path::new(list), &error))?;
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
         return lines.into_iter().try_for_each(|line| add(line, found));
     }

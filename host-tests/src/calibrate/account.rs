@@ -10,6 +10,7 @@ use super::{
     sensor::SensorCalibration,
     verdict::{APART_DEG, Verdict, undetermined_of},
 };
+use crate::layout::{Layout, rounded};
 
 /// Units of a sensor and of its error, which is stated as a share of the norm times a factor.
 struct Unit {
@@ -25,7 +26,7 @@ struct Unit {
 ///
 /// # Errors
 /// When it cannot be written.
-pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Result<()> {
+pub fn print_account(out: &mut impl Write, layout: Layout, calibration: &Calibration) -> io::Result<()> {
     for trace in &calibration.traces {
         writeln!(out, "{trace}")?;
     }
@@ -36,7 +37,7 @@ pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Res
     match &calibration.accel {
         Some(accel) => {
             let unit = Unit { of_sensor: "m/s^2", of_error: "g", factor: 1.0 / accel.norm, noise_known: true };
-            print_sensor(out, accel, &unit, "rests")?;
+            print_sensor(out, layout, accel, &unit, "rests")?;
             if let Some(check) = &calibration.later {
                 print_check(out, check, "rests of the part held out", &unit)?;
             }
@@ -47,7 +48,7 @@ pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Res
     match &calibration.mag {
         Some(mag) => {
             let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0, noise_known: false };
-            print_sensor(out, mag, &unit, "readings")?;
+            print_sensor(out, layout, mag, &unit, "readings")?;
             let how = if mag.norm_known { "given" } else { "fitted: the mean scale stays" };
             writeln!(out, "  field {:.2} uT, {how}", mag.norm)?;
         }
@@ -59,7 +60,13 @@ pub fn print_account(out: &mut impl Write, calibration: &Calibration) -> io::Res
     Ok(())
 }
 
-fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, of: &str) -> io::Result<()> {
+fn print_sensor(
+    out: &mut impl Write,
+    layout: Layout,
+    sensor: &SensorCalibration,
+    unit: &Unit,
+    of: &str,
+) -> io::Result<()> {
     let (spread, fit) = (&sensor.spread, &sensor.fit);
     let used = sensor.observations.len() - sensor.left_out();
     writeln!(
@@ -78,13 +85,23 @@ fn print_sensor(out: &mut impl Write, sensor: &SensorCalibration, unit: &Unit, o
         None => writeln!(out, "  too few to hold any out")?,
     }
     let (sigma, open) = (fit.sigma(), undetermined_of(&sensor.prior, fit));
-    writeln!(out, "  {:<9} {:>11} {:>11} {:>11}  ", "", "value", "1-sigma", "+- 95 %")?;
+    if layout == Layout::Table {
+        writeln!(out, "  {:<9} {:>11} {:>11} {:>11}  ", "", "value", "1-sigma", "+- 95 %")?;
+    }
     for k in 0..PARAMETERS {
         let (in_unit, name) = if k < 6 { (100.0, "%") } else { (1.0, unit.of_sensor) };
         let remark = if open.contains(&NAMES[k]) { "  not determined" } else { "" };
         let bound = fit.quantile() * sigma[k];
         let [value, sigma, bound] = [fit.x[k], sigma[k], bound].map(|x| x * in_unit);
-        writeln!(out, "  {:<9} {value:>11.4} {sigma:>11.4} {bound:>11.4} {name}{remark}", NAMES[k])?;
+        match layout {
+            Layout::Table => {
+                writeln!(out, "  {:<9} {value:>11.4} {sigma:>11.4} {bound:>11.4} {name}{remark}", NAMES[k])?;
+            }
+            Layout::Lines => {
+                let value = rounded(value, 4);
+                writeln!(out, "  {}: {value} +- {bound:.4} {name} (95 %), 1-sigma {sigma:.4}{remark}", NAMES[k])?;
+            }
+        }
     }
     if fit.rank == PARAMETERS {
         let (norm, direction) = (100.0 * sensor.bounds.norm, sensor.bounds.direction_rad.to_degrees());

@@ -58,7 +58,7 @@ pub struct BatchArgs {
 pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     let paths = recordings(&args.inputs)?;
     if let Some(config) = args.config.as_deref().filter(|config| !config.is_file()) {
-        return Err(Failure::BadInput(format!("{}: cannot be read", config.display())).into());
+        return Err(Failure::Unread { path: config.to_owned(), why: "no such file".to_owned() }.into());
     }
     for folder in [&args.attitude_dir, &args.html_dir].into_iter().flatten() {
         std::fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;

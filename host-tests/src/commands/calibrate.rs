@@ -10,6 +10,7 @@ use crate::{
     calibrate::{calibrate, print_account, record, result},
     console::told,
     failure::Failure,
+    layout::Layout,
     report::html::{calibration::page, write_page},
     trace::Trace,
 };
@@ -45,7 +46,7 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     check_outputs(args)?;
     let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
     let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
-    print_account(&mut told(), &calibration)?;
+    print_account(&mut told(), Layout::of_told(), &calibration)?;
     if let Some(path) = &args.json {
         result::write(&calibration, path)?;
     }

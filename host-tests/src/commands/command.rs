@@ -50,8 +50,12 @@ pub struct CommandArgs {
 #[derive(Debug, Clone, Subcommand)]
 pub enum Request {
     /// Test sensors and storage and report their health
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test")]
     SelfTest,
     /// Set what the probe sends over the line, and how fast. Needs --key
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key stream --every 5 --bandwidth 11520"
+    )]
     Stream {
         /// Send every Nth attitude; 0 sends none
         #[arg(long, value_name = "N", default_value_t = StreamConfig::default().attitude_every)]
@@ -67,42 +71,59 @@ pub enum Request {
         exact: bool,
     },
     /// Start sending every raw sample
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 start-recording --for 60")]
     StartRecording {
         /// Stop by itself after this many seconds
         #[arg(long = "for", value_name = "S")]
         for_s: Option<u32>,
     },
     /// Stop sending raw samples
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 stop-recording")]
     StopRecording,
     /// Take a survey at the next rest
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 survey --within 300")]
     Survey {
         /// Seconds for which the request stands
         #[arg(long, value_name = "S", default_value_t = 600)]
         within: u16,
     },
     /// Restart with the configuration of a file; fields it does not name take their defaults. Needs --key
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key configure config.toml"
+    )]
     Configure {
         /// The configuration, TOML
         file: PathBuf,
     },
     /// Set how surveys are taken from a file; fields it does not name take their defaults. Needs --key
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key configure-survey survey.toml"
+    )]
     ConfigureSurvey {
         /// The configuration of surveys, TOML
         file: PathBuf,
     },
     /// Fly the model of the latest window, accepted or not. Needs --key
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key accept-model 75000000"
+    )]
     AcceptModel {
         /// End of that window in microseconds, as its report states
         window_end_us: u64,
     },
     /// Fly an earlier model. Needs --key
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key roll-back previous"
+    )]
     RollBack {
         /// Which model
         to: Earlier,
     },
     /// Send vibration dose and the raw samples of the worst second: monitor shows them. Needs --key
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key send-vibration")]
     SendVibration,
     /// Erase stored models. Needs --key
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key erase models")]
     Erase {
         /// What to erase
         what: What,

@@ -27,8 +27,8 @@ pub fn exit_status(error: &anyhow::Error) -> u8 {
 
 const fn of_failure(failure: &Failure) -> u8 {
     match failure {
-        Failure::Missing(_) => MISSING,
-        Failure::Config(_) | Failure::BadInput(_) | Failure::Output { .. } => BAD_INPUT,
+        Failure::Missing(_) | Failure::Port { .. } | Failure::Key { .. } => MISSING,
+        Failure::Config(_) | Failure::BadInput(_) | Failure::Unread { .. } | Failure::Output { .. } => BAD_INPUT,
     }
 }
 

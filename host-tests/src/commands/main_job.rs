@@ -22,6 +22,7 @@ use crate::{
         configuration::{freeze_at_us, of_trace},
         fly, started, watched,
     },
+    layout::{Layout, named},
     report::{
         html::{Told, replay::page, write_page},
         picture::picture,
@@ -104,7 +105,7 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
 
     let as_recorded = flown(&config, &trace)?;
     writeln!(out, "{}\n", as_recorded.place)?;
-    if !args.details {
+    if !args.details && Layout::of_told() == Layout::Table {
         writeln!(out, "{HEAD}Rotation over 2 s, deg wrong (rms)      raw gyro  bias alone    as flown{HEAD:#}")?;
     }
     let title = "AS RECORDED (a factory-calibrated gyro, P within 0.7 % of the identity)";
@@ -177,7 +178,12 @@ fn told(
         let PerModel { uncompensated, bias_only, with_effects, .. } = reference.orientation_2s_rms_time_aligned_deg;
         [uncompensated, bias_only, with_effects].map(|x| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}")))
     });
-    let [raw, bias, flown] = cells.unwrap_or_default();
+    let cells = cells.unwrap_or_default();
+    if Layout::of_told() == Layout::Lines {
+        let told = named(["raw gyro", "bias alone", "as flown"], &cells);
+        return writeln!(out, "flight {number}, {short}: rotation over 2 s, deg wrong (rms): {told}");
+    }
+    let [raw, bias, flown] = cells;
     writeln!(out, "  flight {number}, {short:<28} {raw:>8}    {bias:>8}    {HEAD}{flown:>8}{HEAD:#}")
 }
 

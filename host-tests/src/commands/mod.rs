@@ -113,7 +113,9 @@ pub enum Command {
     )]
     Monitor(monitor::MonitorArgs),
     /// Send a command to a probe and wait for its answer
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --help")]
+    #[command(
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test\n  cargo mwd command /dev/ttyUSB0 --key probe.key configure config.toml\n  cargo mwd command /dev/ttyUSB0 configure --help"
+    )]
     Command(command::CommandArgs),
     /// Write the factory's records into a probe, once: calibration, mounting, key
     #[command(
@@ -159,9 +161,8 @@ pub fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     anstream::eprintln!("{RED}error:{RED:#} {}", told_once(&error));
-    if let Some(step) = next_step::after_error(&error) {
-        anstream::eprintln!("{BOLD}next:{BOLD:#} {step}");
-    }
+    let step = next_step::after_error(&error, matches.subcommand_name());
+    anstream::eprintln!("{BOLD}next:{BOLD:#} {step}");
     ExitCode::from(exit_status(&error))
 }
 
@@ -262,7 +263,14 @@ mod tests {
     fn every_help_has_examples_that_are_commands() {
         let cli = Cli::command();
         let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-        for command in [&cli].into_iter().chain(cli.get_subcommands()) {
+        let mut commands = vec![&cli];
+        let mut next = 0;
+        while let Some(command) = commands.get(next).copied() {
+            commands.extend(command.get_subcommands());
+            next += 1;
+        }
+        assert!(commands.len() > 25, "{}", commands.len());
+        for command in commands {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let examples: Vec<&str> = help.lines().filter_map(|line| line.strip_prefix("  cargo ")).collect();
             assert!(help.starts_with("Examples:\n") && !examples.is_empty(), "{}: {help}", command.get_name());

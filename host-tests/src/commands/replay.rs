@@ -19,6 +19,7 @@ use crate::{
         dynamics, fly_on, started, surveys, through_sensors, watched, worst_second,
     },
     import::plausible::checked,
+    layout::Layout,
     report::{
         attitude_csv::write_attitude_csv,
         dynamics_csv::{write_burst_csv, write_dynamics_csv},
@@ -287,7 +288,7 @@ pub fn deliver(
     let verdict = plain_words::verdict(trace, config, flight, &diagnosed);
     writeln!(out, "{HEAD}verdict  {}{HEAD:#}", verdict.sentence)?;
     writeln!(out, "flown {place}")?;
-    print_summary(&mut out, trace, config, flight, &diagnosed, reference.as_ref())?;
+    print_summary(&mut out, Layout::of_told(), trace, config, flight, &diagnosed, reference.as_ref())?;
     if let Some(explanation) = &explanation {
         print_explanation(&mut out, flight, explanation)?;
     }

@@ -5,8 +5,9 @@ use std::{io::Write, path::PathBuf};
 use clap::Args;
 
 use crate::{
-    console::told,
-    report::progress_bar::progress_bar,
+    console::{save, told},
+    failure::Failure,
+    report::{picture, progress_bar::progress_bar},
     simulate::{Scenario, describe, samples_of, simulate_with},
 };
 
@@ -22,6 +23,12 @@ pub struct SimulateArgs {
     /// Seed of the sensors' noise and of the motion
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Draw how the tool turns
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot_rate: Option<PathBuf>,
+    /// Draw what the gyro reads less the truth
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot_error: Option<PathBuf>,
 }
 
 /// Reads a scenario, simulates it, writes the trace and prints the true gyro model.
@@ -43,6 +50,11 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
     });
     bar.finish_and_clear();
     trace.write(&path)?;
+    for (path, drawn) in [(&args.plot_rate, picture::rates(&trace)), (&args.plot_error, picture::gyro_errors(&trace))] {
+        if let (Some(path), Some(drawn)) = (path, drawn) {
+            save(path, &drawn).map_err(|error| Failure::output(path, &error))?;
+        }
+    }
     let mut out = told();
     writeln!(out, "{}: {} samples, {:.1} s, seed {seed}", path.display(), trace.samples.len(), trace.duration_s())?;
     writeln!(out, "true gyro model: {}", describe(&truth.gyro))?;

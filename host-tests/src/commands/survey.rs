@@ -18,6 +18,7 @@ use crate::{
     failure::Failure,
     flight::{configuration::of_trace, started, surveys},
     import::plausible::checked,
+    layout::{Layout, rounded},
     report::html::{survey_run::page, write_page},
     surveys::{
         files,
@@ -92,7 +93,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     let stations = stations(args)?;
     let reference = Reference::of(&settings)?;
     let run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
-    print(&mut told(), &run)?;
+    print(&mut told(), Layout::of_told(), &run)?;
     type Text = fn(&SurveyedRun) -> String;
     let texts: [(&Option<PathBuf>, Text); 5] = [
         (&args.csv, files::csv::full),
@@ -123,7 +124,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
-    console::text(path).map_err(|error| Failure::BadInput(format!("{}: cannot be read: {error}", path.display())))
+    console::text(path).map_err(|error| Failure::unread(path, &error))
 }
 
 fn named(path: &Path, error: &Failure) -> Failure {
@@ -219,7 +220,7 @@ fn at_rest(report: &SurveyReport) -> Option<ReadStation> {
 }
 
 /// Prints what was found and the path.
-fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
+fn print(out: &mut impl Write, layout: Layout, run: &SurveyedRun) -> io::Result<()> {
     for warning in &run.warnings {
         writeln!(out, "warning: {warning}")?;
     }
@@ -241,7 +242,13 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
         )?;
         for (name, value, sigma, prior, observable) in &analysis.estimates {
             let told = if *observable { "observable" } else { "not observable" };
-            writeln!(out, "  {name:<24}{value:>10.5} +- {sigma:.5} (before {prior:.5}) {told}")?;
+            let value = rounded(*value, 5);
+            match layout {
+                Layout::Table => {
+                    writeln!(out, "  {name:<24}{value:>10} +- {sigma:.5} (before {prior:.5}) {told}")?;
+                }
+                Layout::Lines => writeln!(out, "  {name} {value} +- {sigma:.5} (before {prior:.5}) {told}")?,
+            }
         }
         if analysis.axial_field_grows {
             writeln!(out, "the drill string's field grew over the run")?;
@@ -254,15 +261,28 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
     }
     writeln!(out, "uncertainty of positions: tool code {}", run.tool_codes.join(" and "))?;
     let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
-    writeln!(
-        out,
-        "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m deg/30m  1-sigma ellipse, m"
-    )?;
+    if layout == Layout::Table {
+        writeln!(
+            out,
+            "     md, m  incl, deg  azi ({north}), deg    +-    tvd, m   north, m    east, m deg/30m  1-sigma ellipse, m"
+        )?;
+    }
     for s in &run.stations {
         let [n, e, tvd] = s.position_m;
         let [major, minor, azimuth] = s.ellipse;
         let sigma = s.sigma_azimuth_deg.map_or_else(|| "-".to_owned(), |sigma| format!("{sigma:.2}"));
         let doubted = if s.doubted { "  contradicted by the others" } else { "" };
+        if layout == Layout::Lines {
+            let [east, north_m] = [e, n].map(|x| rounded(x, 2));
+            writeln!(
+                out,
+                "station at {:.2} m: inclination {:.2} deg, azimuth ({north}) {:.2} +- {sigma} deg, tvd {tvd:.2} m, north \
+                 {north_m} m, east {east} m, dogleg {:.2} deg/30 m, ellipse {major:.2} x {minor:.2} m at {azimuth:.0} \
+                 deg{doubted}",
+                s.md_m, s.inclination_deg, s.azimuth_deg, s.dogleg_deg_30m
+            )?;
+            continue;
+        }
         writeln!(
             out,
             "{:>10.2} {:>10.2} {:>16.2} {sigma:>5} {tvd:>9.2} {n:>10.2} {e:>10.2} {:>7.2}  {major:.2} x {minor:.2} at \

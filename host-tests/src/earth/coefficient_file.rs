@@ -85,7 +85,7 @@ impl CoefficientFile {
     /// It cannot be read, or is no file of coefficients: the line is named.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let bad = |why: String| Failure::BadInput(format!("{}: {why}", path.display()));
-        let text = fs::read_to_string(path).map_err(|error| bad(format!("cannot be read: {error}")))?;
+        let text = fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
         Self::parse(&text).map_err(bad)
     }
 

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 /// All rows of a Parquet file. What is null is left out.
 pub(super) fn rows(path: &Path) -> Result<Vec<Row>, Failure> {
     let bad = |why: String| Failure::BadInput(format!("{}: {why}", path.display()));
-    let file = File::open(path).map_err(|error| bad(format!("cannot be read: {error}")))?;
+    let file = File::open(path).map_err(|error| Failure::unread(path, &error))?;
     read(file).map_err(|error| bad(format!("is no table of a batch: {error}")))
 }
 

@@ -87,7 +87,7 @@ pub fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
 /// name keeps its value.
 fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
     let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|e| bad(format!("cannot be read: {e}")))?;
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
     let file: toml::Table = text.parse().map_err(|e: toml::de::Error| bad(e.to_string()))?;
     let mut merged = toml::Table::try_from(of_trace(trace)).map_err(|e| bad(e.to_string()))?;
     overlay(&mut merged, file);

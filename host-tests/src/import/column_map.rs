@@ -75,7 +75,7 @@ impl ColumnMap {
     /// The file, and what in it cannot be used.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| bad(format!("cannot be read: {error}")))?;
+        let text = std::fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
         toml::from_str(&text).map_err(|error| bad(error.to_string().trim_end().to_owned()))
     }
 

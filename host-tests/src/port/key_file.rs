@@ -26,11 +26,11 @@ impl KeyFile {
     /// it (a decimal number; 0 if there is no such file).
     ///
     /// # Errors
-    /// [`Failure::Missing`] if the key's file is missing, [`Failure::BadInput`] if a file holds anything
+    /// [`Failure::Key`] if the key's file is missing, [`Failure::BadInput`] if a file holds anything
     /// else.
     pub fn open(path: &Path) -> Result<Self, Failure> {
-        let text = fs::read_to_string(path)
-            .map_err(|e| Failure::Missing(format!("{}: the key cannot be read: {e}", path.display())))?;
+        let text =
+            fs::read_to_string(path).map_err(|error| Failure::Key { path: path.to_owned(), why: error.to_string() })?;
         let bytes = bytes(text.trim()).filter(can_be_key).ok_or_else(|| {
             let must_be = "64 hexadecimal digits, drawn at random";
             Failure::BadInput(format!("{}: a key must be {must_be}", path.display()))
@@ -108,7 +108,7 @@ mod tests {
     fn a_counter_is_never_given_twice_and_only_keys_are_keys() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("probe.key");
-        assert!(matches!(KeyFile::open(&path), Err(Failure::Missing(_))));
+        assert!(matches!(KeyFile::open(&path), Err(Failure::Key { .. })));
         let sane = "000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1F\n";
         for (text, fine) in
             [("", false), ("00", false), (&"ff".repeat(32), false), (&sane.replace('0', "+"), false), (sane, true)]

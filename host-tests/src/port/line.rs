@@ -130,7 +130,7 @@ fn is_port_name(place: &str) -> bool {
 }
 
 fn missing(place: &str, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Missing(format!("{place}: cannot be opened: {error}"))
+    Failure::Port { place: place.to_owned(), why: error.to_string() }
 }
 
 fn tcp(place: &str, address: &str) -> Result<TcpStream, Failure> {

@@ -11,6 +11,7 @@ use meerkat_mwd::{
 use crate::{
     diagnosis::Diagnosed,
     flight::Flight,
+    layout::{Layout, named, rounded},
     report::{
         account::{sentences, verdict_name},
         json::parameters::Parameters,
@@ -31,6 +32,7 @@ const LISTED_WINDOWS: usize = 8;
 /// When `out` takes no more.
 pub fn print_summary(
     out: &mut impl Write,
+    layout: Layout,
     trace: &Trace,
     config: &Config,
     flight: &Flight,
@@ -40,9 +42,9 @@ pub fn print_summary(
     print_trace(out, trace, config, flight)?;
     print_windows(out, trace, config, flight)?;
     print_diagnosed(out, config, diagnosed)?;
-    print_parameters(out, &Parameters::at_the_end(config, flight))?;
+    print_parameters(out, layout, &Parameters::at_the_end(config, flight))?;
     match reference {
-        Some(reference) => print_scores(out, config, reference),
+        Some(reference) => print_scores(out, layout, config, reference),
         None => writeln!(out, "scores   none: the trace holds nothing to score against"),
     }
 }
@@ -129,50 +131,70 @@ const fn optimizer_name(kind: OptimizerKind) -> &'static str {
     }
 }
 
-fn print_parameters(out: &mut impl Write, last: &Parameters) -> io::Result<()> {
+fn print_parameters(out: &mut impl Write, layout: Layout, last: &Parameters) -> io::Result<()> {
     let (p_sigma, b_sigma) = last.sigma.split_at(9);
-    for (row, (values, sigma)) in last.p.chunks(3).zip(p_sigma.chunks(3)).enumerate() {
-        let label = if row == 0 { "final P " } else { "        " };
-        let cells: Vec<String> = values.iter().zip(sigma).map(|(x, s)| format!("{x:8.5} +- {s:.5}")).collect();
-        writeln!(out, "{label} {}", cells.join("   "))?;
+    let cells = last.p.iter().zip(p_sigma);
+    match layout {
+        Layout::Table => {
+            let cells: Vec<String> = cells.map(|(x, s)| format!("{:>8} +- {s:.5}", rounded(*x, 5))).collect();
+            for (row, cells) in cells.chunks(3).enumerate() {
+                let label = if row == 0 { "final P " } else { "        " };
+                writeln!(out, "{label} {}", cells.join("   "))?;
+            }
+        }
+        Layout::Lines => {
+            let cells: Vec<String> = cells.map(|(x, s)| format!("{} +- {s:.5}", rounded(*x, 5))).collect();
+            writeln!(out, "final P  {}, row by row", cells.join(", "))?;
+        }
     }
     let in_deg = |x: f32| x.to_degrees();
     let cells: Vec<String> =
         last.b_rad_s.iter().zip(b_sigma).map(|(&b, &s)| format!("{:8.4} +- {:.4} ", in_deg(b), in_deg(s))).collect();
     // Nothing states how well a bias from rest is known.
     let prior = if last.is_prior { " (+- prior)" } else { "" };
-    writeln!(out, "final b  {}  deg/s{prior}; {} of 12 directions observed", cells.join("   "), last.rank)
+    let b = match layout {
+        Layout::Table => cells.join("   "),
+        Layout::Lines => cells.iter().map(|cell| cell.trim()).collect::<Vec<_>>().join(", "),
+    };
+    writeln!(out, "final b  {b}  deg/s{prior}; {} of 12 directions observed", last.rank)
 }
 
-fn print_scores(out: &mut impl Write, config: &Config, reference: &Reference) -> io::Result<()> {
+const MODELS: [&str; 4] = ["uncompensated", "bias only", "12 param.", "flown"];
+
+fn print_scores(out: &mut impl Write, layout: Layout, config: &Config, reference: &Reference) -> io::Result<()> {
     let part = if config.freeze_at_us.is_some() { "held out" } else { "whole trace" };
-    writeln!(
-        out,
-        "{:<34} {:>12} {:>12} {:>12} {:>12}",
-        format!("scores   {part}"),
-        "uncompensated",
-        "bias only",
-        "12 param.",
-        "flown"
-    )?;
     let rows = [
-        ("rotation over 2 s, deg rms", &reference.orientation_2s_rms_deg),
-        ("  one delay fitted", &reference.orientation_2s_rms_time_aligned_deg),
-        ("gravity at rests, deg", &reference.rest_gravity_deg),
+        (["rotation over 2 s, deg rms"; 2], &reference.orientation_2s_rms_deg),
+        (
+            ["  one delay fitted", "rotation over 2 s with one delay fitted, deg rms"],
+            &reference.orientation_2s_rms_time_aligned_deg,
+        ),
+        (["gravity at rests, deg"; 2], &reference.rest_gravity_deg),
     ];
-    for (name, scores) in rows {
-        if *scores != PerModel::default() {
-            let cells = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects];
-            writeln!(out, "         {name:<25} {}", cells.map(|cell| format!("{:>12}", figure(cell))).join(" "))?;
+    let is_scored = |(_, scores): &([&str; 2], &PerModel)| **scores != PerModel::default();
+    let head = format!("scores   {part}");
+    // A trace may have a reference only where nothing is scored by it: then there is no header without rows.
+    let has_header = layout == Layout::Table && rows.iter().any(is_scored);
+    if has_header {
+        writeln!(out, "{head:<34} {}", MODELS.map(|name| format!("{name:>12}")).join(" "))?;
+    }
+    for ([in_table, in_line], scores) in rows.into_iter().filter(is_scored) {
+        let cells = [scores.uncompensated, scores.bias_only, scores.twelve_parameters, scores.with_effects].map(figure);
+        match layout {
+            Layout::Table => {
+                writeln!(out, "         {in_table:<25} {}", cells.map(|cell| format!("{cell:>12}")).join(" "))?;
+            }
+            Layout::Lines => writeln!(out, "{head}, {in_line}: {}", named(MODELS, &cells))?,
         }
     }
+    let below = if has_header { " ".repeat(8) } else { format!("{head},") };
     if let Some(delay) = reference.time_alignment_ms {
-        writeln!(out, "         fitted delay {delay:.2} ms")?;
+        writeln!(out, "{below} fitted delay {} ms", rounded(delay, 2))?;
     }
     let attitude = &reference.attitude_rms_deg;
     if attitude.total.is_some() {
         let [total, heading, inclination] = [attitude.total, attitude.heading, attitude.inclination].map(figure);
-        writeln!(out, "         attitude, deg rms: {total} total, {heading} heading, {inclination} inclination")?;
+        writeln!(out, "{below} attitude, deg rms: {total} total, {heading} heading, {inclination} inclination")?;
     }
     Ok(())
 }

@@ -96,7 +96,7 @@ impl Reference {
             }
             ReferenceSettings::File { path } => {
                 let bad = |why: String| Failure::BadInput(format!("{}: {why}", path.display()));
-                let text = fs::read_to_string(path).map_err(|error| bad(format!("cannot be read: {error}")))?;
+                let text = fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
                 let (rows, name, date) = table(&text).map_err(bad)?;
                 (Source::Table(rows), name, date)
             }

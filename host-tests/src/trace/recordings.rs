@@ -50,7 +50,7 @@ fn within(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 /// The folder cannot be read.
 pub fn listed(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let entries = || std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>();
-    let mut paths = entries().map_err(|e| Failure::BadInput(format!("{}: cannot be read: {e}", folder.display())))?;
+    let mut paths = entries().map_err(|error| Failure::unread(folder, &error))?;
     paths.sort();
     Ok(paths)
 }

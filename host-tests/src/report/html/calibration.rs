@@ -3,7 +3,10 @@
 use meerkat_mwd::compensation::VectorModel;
 
 use super::{Page, chart::in_digits, escape::escape, sentence, table};
-use crate::calibrate::{Calibration, print_account, record, sensor::SensorCalibration, verdict::Verdict};
+use crate::{
+    calibrate::{Calibration, print_account, record, sensor::SensorCalibration, verdict::Verdict},
+    layout::Layout,
+};
 
 /// The whole page.
 #[must_use]
@@ -23,7 +26,7 @@ pub fn page(calibration: &Calibration) -> String {
     }
     let mut account = Vec::new();
     // Writing to memory does not fail.
-    let _ = print_account(&mut account, calibration);
+    let _ = print_account(&mut account, Layout::Table, calibration);
     page.section("Every figure");
     page.add(&format!("<pre tabindex=\"0\">{}</pre>\n", escape(&String::from_utf8_lossy(&account))));
     page.finish()

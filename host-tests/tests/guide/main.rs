@@ -1,6 +1,10 @@
-//! The guide: its summary has every page, no link leads nowhere, every Rust block is compiled, and every refusal and
-//! every effect has its page.
+//! The guide: its summary has every page, no link leads nowhere, every block of code is compiled or parsed, and every
+//! refusal and every effect has its page.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+mod code;
+mod notebook;
+mod refusals;
 
 use std::{
     collections::BTreeSet,
@@ -72,6 +76,60 @@ fn every_link_leads_to_a_page_or_a_file_of_the_book() {
     }
 }
 
+/// Addresses outside of the book are whole and by https. That they answer is for `lychee` or a reader: no test needs a
+/// network.
+#[test]
+fn every_address_outside_is_whole() {
+    let mut documents: Vec<PathBuf> = pages(&guide()).into_iter().map(|page| guide().join(page)).collect();
+    documents.extend(
+        ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "host-tests/traces/README.md"].map(|name| root().join(name)),
+    );
+    documents.extend(files(&root().join("docs"), "md"));
+    let mut found = BTreeSet::new();
+    for document in documents {
+        let text = fs::read_to_string(&document).unwrap();
+        for (place, _) in text.match_indices("http") {
+            let rest = &text[place..];
+            let Some((scheme, rest)) = rest.split_once("://").filter(|(scheme, _)| ["http", "https"].contains(scheme))
+            else {
+                continue;
+            };
+            let address: String =
+                rest.chars().take_while(|c| c.is_ascii_graphic() && !"()<>\"`'|".contains(*c)).collect();
+            let host = address.split(['/', ':']).next().unwrap();
+            let shown = document.display();
+            // On the reader's own machine there is no certificate.
+            let is_here = ["127.0.0.1", "localhost"].contains(&host);
+            assert!(scheme == "https" || is_here, "{shown}: {scheme}://{address}");
+            let is_name =
+                |label: &str| !label.is_empty() && label.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+            assert!(is_here || host.contains('.') && host.split('.').all(is_name), "{shown}: {host:?}");
+            assert!(!address.contains("//"), "{shown}: {address}");
+            found.insert(address);
+        }
+    }
+    println!("{} addresses:", found.len());
+    found.iter().for_each(|address| println!("  {address}"));
+    assert!(!found.is_empty());
+}
+
+/// A path in backquotes that begins with a folder of the repository.
+#[test]
+fn every_path_that_the_guide_names_exists() {
+    let folders = ["src/", "host-tests/", "docs/", "examples/", "guide/", "bindings/"];
+    let mut count = 0;
+    for page in pages(&guide()) {
+        let outside: String = text(&page).split("```").step_by(2).collect();
+        for quoted in outside.split('`').skip(1).step_by(2) {
+            if folders.iter().any(|folder| quoted.starts_with(folder)) && !quoted.contains([' ', '*', '{']) {
+                assert!(root().join(quoted).exists(), "{}: {quoted}", page.display());
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 40, "{count}");
+}
+
 /// Files of a folder with an ending.
 fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -126,26 +184,15 @@ fn the_book_is_built_and_no_link_in_it_leads_nowhere() {
     assert!(count > 1_000, "{count}");
 }
 
-/// By the documentation tests of the library, which compile the pages that they include.
-#[test]
-fn every_rust_block_is_compiled() {
-    let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
-    for page in pages(&guide()) {
-        if text(&page).contains("```rust") {
-            let included = format!("include_str!(\"../guide/src/{}\")", page.display());
-            assert!(library.contains(&included), "{}", page.display());
-        }
-    }
-}
-
-/// Has the page, under its title, with what it is and what to do.
+/// Has the page, under its title, with what it is, what it looks like and what to do.
 fn is_explained(page: &str, title: Option<&str>) {
     let path = guide().join(page);
     let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{page}: {error}"));
     if let Some(title) = title {
         assert!(text.starts_with(&format!("# {title}\n")), "{page}");
     }
-    assert!(text.starts_with("# ") && text.contains("## What to do\n"), "{page}");
+    let headings = ["## What it looks like\n", "## What to do\n"];
+    assert!(text.starts_with("# ") && headings.iter().all(|heading| text.contains(heading)), "{page}");
 }
 
 #[test]

@@ -1,0 +1,54 @@
+//! How figures in rows are told: as a table to a reader at a terminal, and elsewhere as lines of which each says by itself
+//! what it shows, for a search or a program that reads them.
+
+use crate::console;
+
+/// Layout of rows of figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// Columns under a header.
+    Table,
+    /// A line for each row, with the names of its columns.
+    Lines,
+}
+
+impl Layout {
+    /// The layout for where a command tells what it did.
+    #[must_use]
+    pub fn of_told() -> Self {
+        if console::tells_a_terminal() { Self::Table } else { Self::Lines }
+    }
+}
+
+/// A number with so many digits, without the minus of a negative that rounds to zero.
+#[must_use]
+pub fn rounded(value: impl Into<f64>, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.into());
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|letter| letter == '0' || letter == '.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
+/// Cells with the names of their columns, as one line says them.
+#[must_use]
+pub fn named<const N: usize>(columns: [&str; N], cells: &[String; N]) -> String {
+    let pairs: Vec<String> = columns.iter().zip(cells).map(|(column, cell)| format!("{column} {cell}")).collect();
+    pairs.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_negative_that_rounds_to_zero_has_no_minus() {
+        assert_eq!([rounded(-0.04, 1), rounded(-0.06, 1), rounded(0.0, 2)], ["0.0", "-0.1", "0.00"]);
+        assert_eq!([rounded(-0.4_f32, 0), rounded(f64::NAN, 1)], ["0", "NaN"]);
+    }
+
+    #[test]
+    fn a_line_names_its_columns() {
+        assert_eq!(named(["raw", "flown"], &["3.1".to_owned(), "0.2".to_owned()]), "raw 3.1, flown 0.2");
+    }
+}
