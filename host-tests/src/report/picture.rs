@@ -2,7 +2,10 @@
 
 use crate::{
     flight::Flight,
-    report::html::{Plot, Series},
+    report::{
+        html::{Plot, Series},
+        number::fixed,
+    },
     score::{PerModel, Settings, rotation_errors},
     trace::Trace,
 };
@@ -40,11 +43,12 @@ pub fn picture(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<St
         to,
         range: [0.0, 1.05 * largest],
         shaded_s: &[],
+        levels: &[],
         series: series.into(),
     };
     let title = format!(
-        "Error of the gyro's rotation over 2 s against an optical reference, whose delay of {:.1} ms is taken out",
-        all.delay_ms
+        "Error of the gyro's rotation over 2 s against an optical reference, whose delay of {} ms is taken out",
+        fixed(all.delay_ms, 1)
     );
     Some(plot.standalone(&title))
 }

@@ -4,9 +4,7 @@ use meerkat_mwd::{attitude::Attitude, probe::Output};
 use nalgebra::UnitQuaternion;
 
 use super::{
-    Chart, Page, Series, Told,
-    dial::dial,
-    in_s, line,
+    Chart, Page, Series, Told, dial, in_s, line,
     residual::magnets,
     toolface::{has_north, is_vertical, toolface_rad},
 };
@@ -56,7 +54,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         let chart = Chart::new(name, "deg", about, series).marked(&marks);
         page.chart(if k == 0 { chart } else { chart.of_angles() });
     }
-    page.add(&dial(&told.flight.outputs));
+    dial::add(page, &told.flight.outputs);
     let stated: [(&str, &'static str, Angle); 3] = [
         ("inclination", "x", |a| [a.sigma_inclination_rad, 0.0]),
         ("azimuth", "y", |a| if has_north(a) { [a.sigma_azimuth_rad, 0.0] } else { NONE }),
