@@ -49,6 +49,8 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     let of_batch = fs::read_to_string(&html).unwrap();
     assert!(of_batch.contains("MWD 7 &lt;a&gt;") && unbalanced(&of_batch).is_empty() && is_whole(&of_batch));
 
+    assert!(of_batch.contains("SHA-256 of the table"));
+
     let output = mwd(&["fleet", text(&results), "--html", text(&html)]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(

@@ -253,3 +253,22 @@ pub fn remainder(diagnosed: &Diagnosed) -> Option<String> {
         None => format!("{}.", remainder_text(remainder)),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::diagnosed;
+
+    #[test]
+    fn what_is_worse_than_the_bias_alone_is_not_called_sound() {
+        let mut found = diagnosed(&Trace::default(), &Config::default(), &Flight::default());
+        let mut told = |after: f64| {
+            found.residual.magnetic_deg = BeforeAfter { before: Some(0.39), after: Some(after) };
+            VerdictWords { is_sound: true, sentence: "All is well.".to_owned() }.unless_worse(&found, None)
+        };
+        let worse = told(0.4);
+        assert!(!worse.is_sound && worse.sentence.ends_with("what flew is off by 0.40 deg, the bias alone by 0.39."));
+        // Not by a digit that is not told.
+        assert!(told(0.392).is_sound && told(0.2).is_sound);
+    }
+}

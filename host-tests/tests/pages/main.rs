@@ -39,6 +39,7 @@ fn pages_of_a_recording_are_sound_on_a_desk_and_on_a_phone_in_the_light_and_in_t
         let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
         let output = mwd.arg(command).arg(recording_path(FAST_ROTATION)).arg("--html").arg(&page).output().unwrap();
         assert!(output.status.success(), "{output:?}");
+        assert!(fs::read_to_string(&page).unwrap().contains("<dt>Inclination at "), "{command}: attitude comes first");
         for (width, is_dark) in [(1280, false), (390, true)] {
             is_sound(&told(&browser, &page, width, is_dark), width, is_dark);
         }
@@ -100,6 +101,7 @@ fn pages_of_a_calibration_and_of_a_run_of_surveys_are_legible() {
         assert!(output.status.success(), "{output:?}");
         let text = fs::read_to_string(&page).unwrap();
         assert!(unbalanced(&text).is_empty() && is_whole(&text), "{command}: {:?}", unbalanced(&text));
+        assert!(text.matches("SHA-256 of the ").count() > 1, "{command}");
         for (width, is_dark) in [(1280, false), (390, true)] {
             if let Some(browser) = &browser {
                 is_legible(&told(browser, &page, width, is_dark), width, is_dark);

@@ -42,7 +42,9 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             [toolface_rad(a), a.sigma_toolface_rad]
         }),
     ];
+    let shaded = if marks.is_empty() { "" } else { " Shaded: a magnet is there." };
     for (k, (name, about, angle)) in plots.into_iter().enumerate() {
+        let about = format!("{about}{shaded}");
         let mut series = Vec::new();
         // In a vertical hole the reference's toolface would have to be the magnetic one.
         let is_magnetic = k == 2 && mostly_vertical;
@@ -51,7 +53,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             series.push(line("reference", "reference", points, span));
         }
         series.push(line("flown", "after", over_time(&told.flight.outputs, angle), span));
-        let chart = Chart::new(name, "deg", about, series).marked(&marks);
+        let chart = Chart::new(name, "deg", &about, series).marked(&marks);
         page.chart(if k == 0 { chart } else { chart.of_angles() });
     }
     dial::add(page, &told.flight.outputs);
@@ -61,8 +63,8 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         ("toolface", "z", |a| [a.sigma_toolface_rad, 0.0]),
     ];
     let stated = stated.map(|(name, class, angle)| line(name, class, over_time(&told.flight.outputs, angle), span));
-    let about = "How well the probe itself says that it knows each angle: one standard deviation.";
-    page.chart(Chart::new("Stated deviations", "deg", about, stated.into()).of_sizes().marked(&marks));
+    let about = format!("How well the probe itself says that it knows each angle: one standard deviation.{shaded}");
+    page.chart(Chart::new("Stated deviations", "deg", &about, stated.into()).of_sizes().marked(&marks));
     errors(page, told);
 }
 

@@ -179,7 +179,7 @@ fn rows(recordings: &[Recording]) -> String {
         .collect();
     let body: String = recordings.iter().map(row).collect();
     let about = "The worst come first. A small line is a recording's windows from first to last, an orange point a window that was refused, and the number the last one. \
-        P off by: root mean square of P less the identity. Disagreement of the sensors: squared innovations over what noise accounts for; far above 1 something is not modelled. \
+        P off by: how far the gyro's scale and axes are off, as the root mean square of P less the identity (rate = P (raw rate - b)). Disagreement of the sensors: squared innovations over what noise accounts for; far above 1 something is not modelled. \
         Field: how far the gyro's prediction of the field over a second is off, with its bias alone taken out and as flown.";
     format!(
         "<p class=\"about\">{about}</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Recordings\">\n\

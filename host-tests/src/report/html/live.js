@@ -14,8 +14,11 @@ function take(old, fresh) {
   if (have.map(name).join() !== wanted.map(name).join()) { old.replaceChildren(...wanted); return; }
   have.forEach((node, k) => {
     const other = wanted[k];
-    if (node.tagName === "SECTION") take(node, other);
-    else if (node.querySelector(".plot")) {
+    if (node.tagName === "SECTION") {
+      node.setAttribute("aria-labelledby", other.getAttribute("aria-labelledby"));
+      take(node, other);
+    } else if (node.querySelector(".plot")) {
+      node.id = other.id;
       node.querySelector(".about").replaceWith(other.querySelector(".about"));
       node.querySelector(".plot").setAttribute("aria-label", other.querySelector(".plot").getAttribute("aria-label"));
     } else if (!node.isEqualNode(other)) node.replaceWith(other);

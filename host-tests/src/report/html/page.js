@@ -377,8 +377,8 @@ function pressed(event, plot) {
 const watcher = new IntersectionObserver(entries => {
   for (const entry of entries) {
     const plot = plots.find(plot => plot.place === entry.target);
-    plot.isSeen = entry.isIntersecting;
-    if (!plot.isSeen) continue;
+    if (plot) plot.isSeen = entry.isIntersecting;
+    if (!plot || !plot.isSeen) continue;
     if (!plot.u) build(plot);
     else if (plot.isOld) draw(plot);
   }
@@ -391,12 +391,12 @@ function load(data) {
   times = page.times.map(() => null);
   whole = { min: page.span[0], max: Math.max(page.span[1], page.span[0] + 1e-3) };
   shown = { ...whole };
+  const had = plots.splice(0);
   page.charts.forEach((chart, number) => {
     const figure = document.getElementById("chart-" + number), place = figure.querySelector(".plot");
-    let plot = plots[number];
-    if (!plot || plot.place !== place) {
-      if (plot) watcher.unobserve(plot.place);
-      plot = plots[number] = { figure, place, u: null, isSeen: false, isOld: false };
+    let plot = had.find(plot => plot.place === place);
+    if (!plot) {
+      plot = { figure, place, u: null, isSeen: false, isOld: false };
       place.addEventListener("keydown", event => pressed(event, plots.find(plot => plot.place === place)));
       watcher.observe(place);
     }
@@ -405,8 +405,12 @@ function load(data) {
     plot.chart = chart;
     plot.lines = null;
     if (isOther) build(plot);
+    plots.push(plot);
   });
-  plots.length = page.charts.length;
+  for (const plot of had.filter(plot => !plots.includes(plot))) {
+    watcher.unobserve(plot.place);
+    if (plot.u) plot.u.destroy();
+  }
   if (!followed) show(whole.min, whole.max);
   else {
     const by = followed.isEnd ? whole.max - followed.max : 0;

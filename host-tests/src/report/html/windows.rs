@@ -60,7 +60,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     );
     let chart = Chart::new("Consistency of the innovations", "ratio", &what, vec![nis]).of_sizes();
     page.chart(chart.marked(&marks).with_levels(vec![(1.0, "as the noise accounts for".to_owned())]));
-    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how much larger the other sensors' errors are than their data sheets', 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
+    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how many times as large as their data sheets' the errors of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias are, in this order, 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
     page.add(&windows(told));
     page.add("<h3>What flies at the end</h3>\n");
     page.add(&parameters(&Parameters::at_the_end(told.config, told.flight)));
@@ -114,7 +114,7 @@ fn windows(told: &Told) -> String {
         "directions of P decided, of 9",
         "innovations, squared over expected",
         "change, deg per turn",
-        "widths of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias, over the data sheets'",
+        "widths",
         "cost",
         "evaluations",
     ];
