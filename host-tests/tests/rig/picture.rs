@@ -16,8 +16,8 @@ use tempfile::TempDir;
 /// Width of a small picture, pixels: a plot is some 50 of them wide on a desk.
 const WIDTH: usize = 64;
 
-/// Height of the window in which a page is drawn, pixels: more than any page.
-const HEIGHT: u32 = 30_000;
+/// Height of the window in which a page is drawn, pixels: more than any page that is looked at.
+const HEIGHT: u32 = 20_000;
 
 /// Rows of small pixels that are compared at once, and how far they may have moved since the rows before: a line of text
 /// more or less moves all that follows.
@@ -136,6 +136,7 @@ impl Picture {
     fn without_what_is_below(mut self) -> Self {
         let ground = self.shades.last().copied();
         let end = self.shades.iter().rposition(|shade| Some(*shade) != ground).unwrap_or(0);
+        assert!(end + self.width < self.shades.len(), "the page is longer than the window");
         self.shades.truncate((end / self.width + 1) * self.width);
         self
     }

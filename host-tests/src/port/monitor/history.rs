@@ -66,7 +66,7 @@ impl History {
             let mut place = 0;
             outputs.retain(|_| {
                 place += 1;
-                place > MOST_ATTITUDES / 2 || place % 2 == 0
+                place > MOST_ATTITUDES / 2 || place % 2 == 1
             });
         }
     }
