@@ -16,6 +16,7 @@ use rig::{
     browser::{browser, is_legible, told, told_by},
     files::scenario,
     page::{is_whole, unbalanced},
+    picture::looks_as_in_its_pictures,
     program::mwd,
 };
 use serde_json::json;
@@ -48,6 +49,8 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     let of_batch = fs::read_to_string(&html).unwrap();
     assert!(of_batch.contains("MWD 7 &lt;a&gt;") && unbalanced(&of_batch).is_empty() && is_whole(&of_batch));
 
+    assert!(of_batch.contains("SHA-256 of the table"));
+
     let output = mwd(&["fleet", text(&results), "--html", text(&html)]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
@@ -78,6 +81,7 @@ fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standi
     };
     Recording {
         path: format!("field/{name}.csv.gz"),
+        hash: String::new(),
         serial: Some(serial.to_owned()),
         date: NaiveDate::from_ymd_opt(2026, 1, 5).map(|date| date + Days::new(days)),
         standing,
@@ -150,11 +154,12 @@ const USE: &str = "<script>
     told.sorted = button.parentNode.getAttribute('aria-sort');
   } catch (error) { told.wrong.push(String(error)); }
   document.body.dataset.told = JSON.stringify(told);
+  document.getElementById('hold').src = '';
 </script>";
 
 #[test]
 fn the_page_is_legible_filters_and_orders() {
-    let text = page(&recordings(), &["march.parquet".to_owned()]);
+    let text = page(&recordings(), &["march.parquet".into()]);
     assert!(unbalanced(&text).is_empty() && is_whole(&text), "{:?}", unbalanced(&text));
     assert!(text.contains("P of probe 1041 moves") && !text.contains("P of probe 1042 moves"));
     assert!(text.contains(">2026-05-"), "the drawings' axis has dates");
@@ -162,6 +167,7 @@ fn the_page_is_legible_filters_and_orders() {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("fleet.html");
     write_page(&file, &text).unwrap();
+    looks_as_in_its_pictures(&browser, &file, "fleet");
     for (width, is_dark) in [(1280, false), (390, true)] {
         let seen = told(&browser, &file, width, is_dark);
         is_legible(&seen, width, is_dark);

@@ -10,8 +10,9 @@ use crate::{
     calibrate::{calibrate, print_account, record, result},
     console::told,
     failure::Failure,
+    flight::configuration::of_file,
     layout::Layout,
-    report::html::{calibration::page, write_page},
+    report::html::{Sources, calibration::page, write_page},
     trace::Trace,
 };
 
@@ -51,7 +52,22 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
         result::write(&calibration, path)?;
     }
     if let Some(path) = &args.html {
-        write_page(path, &page(&calibration))?;
+        let mut sources = Sources::program();
+        for trace in &args.traces {
+            sources = sources.file("recording", trace);
+        }
+        if let Some(fraction) = args.hold_out {
+            sources = sources.known("held out", format!("the last {fraction} of each recording"));
+        }
+        if let Some(config) = &args.config {
+            sources = sources.file("configuration's file", config);
+        }
+        for (trace, of) in traces.iter().zip(&args.traces) {
+            let config = of_file(trace, args.config.as_deref())?;
+            let text = toml::to_string_pretty(&config).unwrap_or_default();
+            sources = sources.configuration(&format!("The configuration of {}", of.display()), &text);
+        }
+        write_page(path, &page(&calibration, &sources))?;
     }
     if let Some(path) = &args.output {
         record::write(&calibration, path)?;

@@ -62,6 +62,5 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
 /// # Errors
 /// When it cannot be written.
 pub fn write(recordings: &[Recording], tables: &[PathBuf], page: &Path) -> Result<(), Failure> {
-    let tables: Vec<String> = tables.iter().map(|path| path.display().to_string()).collect();
-    write_page(page, &fleet::page(recordings, &tables))
+    write_page(page, &fleet::page(recordings, tables))
 }

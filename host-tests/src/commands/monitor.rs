@@ -13,7 +13,7 @@ use crate::{
     failure::Failure,
     port::{
         line::{Line, LineArgs, Received},
-        monitor::{LivePage, State, draw, summary_lines},
+        monitor::{History, LivePage, State, draw, summary_lines},
     },
 };
 
@@ -37,6 +37,9 @@ pub struct MonitorArgs {
 
 /// Time between two pictures of the live view.
 const FRAME: Duration = Duration::from_millis(100);
+
+/// Time after which the live page has something new: half of what it waits between two questions.
+const NEWS: Duration = Duration::from_millis(250);
 
 /// Listens to the probe and shows what it reports, live or once.
 ///
@@ -75,11 +78,12 @@ fn serve(port: u16, line: &mut Line, listener: &mut Listener) -> anyhow::Result<
     writeln!(io::stdout(), "live page: http://{}/ (Ctrl-C ends)", page.address())?;
     let mut goes_on = true;
     while goes_on {
-        let next = Instant::now() + FRAME;
+        let next = Instant::now() + NEWS;
         while goes_on && Instant::now() < next {
             goes_on = listener.listen(line)?;
         }
-        page.show(listener.told());
+        let lines = summary_lines(listener.told());
+        page.show(&listener.history, &lines);
     }
     loop {
         thread::park();
@@ -112,6 +116,7 @@ fn show(terminal: &mut ratatui::DefaultTerminal, line: &mut Line, listener: &mut
 struct Listener {
     decoder: FrameDecoder<MAX_DECODED>,
     state: State,
+    history: History,
 }
 
 impl Listener {
@@ -126,7 +131,10 @@ impl Listener {
         for &byte in buffer.get(..count).unwrap_or_default() {
             if let Some(frame) = self.decoder.push(byte) {
                 match Message::decode(&frame) {
-                    Ok(message) => self.state.take(message),
+                    Ok(message) => {
+                        self.history.take(&message);
+                        self.state.take(message);
+                    }
                     Err(_) => self.state.not_understood += 1,
                 }
             }

@@ -19,7 +19,7 @@ use crate::{
     flight::{configuration::of_trace, started, surveys},
     import::plausible::checked,
     layout::{Layout, rounded},
-    report::html::{survey_run::page, write_page},
+    report::html::{Sources, survey_run::page, write_page},
     surveys::{
         files,
         reference::Reference,
@@ -111,7 +111,17 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
         files::save(path, &files::json(&run)?)?;
     }
     if let Some(path) = &args.html {
-        write_page(path, &page(&run))?;
+        let mut sources = Sources::program();
+        if !console::is_stdio(&args.input) {
+            sources = sources.file("stations", &args.input);
+        }
+        if let Some(depth) = &args.depth {
+            sources = sources.file("depths", depth);
+        }
+        if let Some(settings) = &args.run {
+            sources = sources.file("run's file", settings).configuration("The run's file", &text_of(settings)?);
+        }
+        write_page(path, &page(&run, &sources))?;
     }
     if let Some(address) = &args.wits0 {
         files::wits0::send(&run, address)?;

@@ -7,4 +7,4 @@ mod vector_residual;
 pub use against_reference::against_reference;
 pub(crate) use against_reference::{attitudes, vectors_from};
 pub use outcome::{Diagnosed, Found, aliases, diagnosed, rivals};
-pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual};
+pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect};

@@ -7,7 +7,9 @@ use meerkat_mwd::{
     magnet::HardIronInterval,
 };
 
-use super::vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, residual_without, vector_residual};
+use super::vector_residual::{
+    BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect, residual_without, vector_residual,
+};
 use crate::{flight::Flight, trace::Trace};
 
 /// Findings of a flight.
@@ -49,14 +51,20 @@ pub struct Found {
     pub report: EffectReport,
     /// Start and end of the effect in seconds: from when it was found, or from the bias step.
     pub active_s: [f64; 2],
-    /// Residual over one second of the vector that shows the effect, without and with it taken out, degrees
-    /// rms.
-    pub residual_deg: BeforeAfter,
+    /// Residual over one second of the vector that shows the effect, without it taken out; `None` where it was not
+    /// taken out.
+    pub without: Option<WithoutEffect>,
     /// Names of effects that the data make as likely.
     rivals: Vec<&'static str>,
 }
 
 impl Found {
+    /// Residual of the vector that shows the effect, without and with it taken out, degrees rms.
+    #[must_use]
+    pub fn residual_deg(&self) -> BeforeAfter {
+        self.without.as_ref().map_or_else(BeforeAfter::default, |without| without.rms)
+    }
+
     /// Names of what it may be instead: effects as likely on these data, then effects that no data could tell
     /// from it.
     #[must_use]
@@ -110,7 +118,7 @@ pub(super) fn diagnosed_with(
             effect,
             report: *report,
             active_s: [from_us as f64 / 1e6, end_s],
-            residual_deg: residual_without(library, trace, config, flight, report, &residual_over_time),
+            without: residual_without(library, trace, config, flight, report, &residual_over_time),
             rivals: rivals(report, library),
         });
     }

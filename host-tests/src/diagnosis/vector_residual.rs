@@ -100,16 +100,26 @@ pub(super) fn residual_without(
     flight: &Flight,
     found: &EffectReport,
     flown: &ResidualOverTime,
-) -> BeforeAfter {
+) -> Option<WithoutEffect> {
     let effect = library.get(usize::from(found.found.index));
-    let Some(effect) = effect.filter(|_| found.is_taken_out() && found.step_us == 0) else {
-        return BeforeAfter::default();
-    };
+    let effect = effect.filter(|_| found.is_taken_out() && found.step_us == 0)?;
     let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let vector = usize::from(effect.sensor() != Sensor::Accelerometer);
-    let of = |angles: &[Vec<[f64; 2]>; 2]| angles.get(vector).and_then(|angles| rms_of_kept(angles));
-    let without = read(library, trace, config, flight, &How::Without(found.found.index), from_s);
-    BeforeAfter { before: of(&without), after: of(&flown.after) }
+    let [gravity, field] = read(library, trace, config, flight, &How::Without(found.found.index), from_s);
+    let angles = if vector == 0 { gravity } else { field };
+    let after = flown.after.get(vector).and_then(|angles| rms_of_kept(angles));
+    Some(WithoutEffect { vector, rms: BeforeAfter { before: rms_of_kept(&angles), after }, angles })
+}
+
+/// The residual that an effect leaves where it stays in the readings while all others are taken out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WithoutEffect {
+    /// Of which vector: 0 for gravity, 1 for the field.
+    pub vector: usize,
+    /// With the effect in the readings, and as flown, degrees rms.
+    pub rms: BeforeAfter,
+    /// Seconds and degrees, with the effect in the readings.
+    pub angles: Vec<[f64; 2]>,
 }
 
 /// Ways to compensate a trace.

@@ -127,6 +127,8 @@ pub struct Window {
 pub struct Recording {
     /// Path, as the batch had it.
     pub path: String,
+    /// Hash of the recording and of all else that its result depends on.
+    pub hash: String,
     /// Serial number of the probe.
     pub serial: Option<String>,
     /// Day of the recording.
@@ -160,6 +162,7 @@ impl Recording {
         let rotation = "reference_orientation_2s_rms_deg_";
         Self {
             path: text(row, "path").unwrap_or_default(),
+            hash: text(row, "hash").unwrap_or_default(),
             serial: text(row, "trace_serial"),
             date: text(row, "trace_date").and_then(|date| date.parse().ok()),
             standing: Standing::of(row),

@@ -158,7 +158,7 @@ fn sentence(found: &Found) -> String {
     } else {
         "not taken out".to_owned()
     };
-    let residual = match found.residual_deg {
+    let residual = match found.residual_deg() {
         BeforeAfter { before: Some(before), after: Some(after) } => {
             format!("; residual over a second without it {before:.3}, with it {after:.3} deg rms")
         }

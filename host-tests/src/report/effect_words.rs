@@ -2,6 +2,8 @@
 
 use meerkat_mwd::compensation::{Effect, Parameter};
 
+use super::number::fixed;
+
 /// What an effect is called in words, and what it is.
 pub struct EffectWords {
     /// Name in results.
@@ -111,18 +113,25 @@ const UNITS: [(&str, &str); 16] = [
     ("s", "s"),
 ];
 
-/// A parameter's value and deviation with name and unit, from its SI figures.
+/// A parameter's name in words, and its unit.
 #[must_use]
-pub fn parameter_text(parameter: &Parameter, value: f32, sigma: f32) -> String {
+pub fn name_and_unit(parameter: &Parameter) -> (String, &'static str) {
     let of_unit = |(suffix, text): &(&str, &'static str)| {
         let name = parameter.name.strip_suffix(suffix)?.strip_suffix('_')?;
         Some((name.replace('_', " "), *text))
     };
-    let (name, unit) = UNITS.iter().find_map(of_unit).unwrap_or_else(|| (parameter.name.replace('_', " "), ""));
+    UNITS.iter().find_map(of_unit).unwrap_or_else(|| (parameter.name.replace('_', " "), ""))
+}
+
+/// A parameter's value and deviation with name and unit, from its SI figures.
+#[must_use]
+pub fn parameter_text(parameter: &Parameter, value: f32, sigma: f32) -> String {
+    let (name, unit) = name_and_unit(parameter);
     let [value, sigma] = [value, sigma].map(|x| f64::from(x * parameter.in_unit));
     // Two digits of the deviation, and as many of the value.
     let decimals = if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 };
-    format!("{name} {value:.decimals$} ± {sigma:.decimals$} {unit}").trim_end().to_owned()
+    let value = fixed(value, decimals);
+    format!("{name} {value} ± {sigma:.decimals$} {unit}").trim_end().to_owned()
 }
 
 #[cfg(test)]

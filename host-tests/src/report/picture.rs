@@ -3,7 +3,10 @@
 
 use crate::{
     flight::Flight,
-    report::html::{Plot, Series},
+    report::{
+        html::{Plot, Series},
+        number::fixed,
+    },
     score::{PerModel, Settings, rotation_errors},
     trace::Trace,
 };
@@ -28,8 +31,8 @@ pub fn picture(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<St
         (name, class, points.collect())
     });
     let title = format!(
-        "Error of the gyro's rotation over 2 s against an optical reference, whose delay of {:.1} ms is taken out",
-        all.delay_ms
+        "Error of the gyro's rotation over 2 s against an optical reference, whose delay of {} ms is taken out",
+        fixed(all.delay_ms, 1)
     );
     Some(drawn(&title, "deg", [from_s, to_s], series))
 }
@@ -104,6 +107,7 @@ fn drawn(title: &str, unit: &str, [from, to]: [f64; 2], lines: [(&str, &'static 
         to,
         range: [1.05 * least, 1.05 * most],
         shaded_s: &[],
+        levels: &[],
         series: series.into(),
     };
     plot.standalone(title)

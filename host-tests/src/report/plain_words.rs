@@ -31,6 +31,25 @@ pub struct VerdictWords {
     pub sentence: String,
 }
 
+impl VerdictWords {
+    /// The verdict, and that nothing was gained, where what flew is further off than the bias alone, to the digits
+    /// that [`gain`] tells.
+    #[must_use]
+    pub fn unless_worse(self, diagnosed: &Diagnosed, reference: Option<&Reference>) -> Self {
+        let in_digits = |x: f64| (100.0 * x).round();
+        match gained(diagnosed, reference) {
+            Some(Gained { bias, flown, .. }) if in_digits(flown) > in_digits(bias) => Self {
+                is_sound: false,
+                sentence: format!(
+                    "{} It gained nothing here: what flew is off by {flown:.2} deg, the bias alone by {bias:.2}.",
+                    self.sentence
+                ),
+            },
+            _ => self,
+        }
+    }
+}
+
 /// The verdict on a flight.
 #[must_use]
 pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> VerdictWords {
@@ -187,24 +206,37 @@ fn alias_in_words(alias: &str) -> String {
     format!("{}{rest} ({alias})", first.to_lowercase())
 }
 
-/// What the correction gained, in degrees; `None` if nothing tells.
-#[must_use]
-pub fn gain(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<String> {
+/// How far the gyro is off, degrees: against the reference, or else in what it predicts of the field.
+struct Gained {
+    /// As read; only a reference tells.
+    raw: Option<f64>,
+    /// With its bias alone taken out.
+    bias: f64,
+    /// As flown.
+    flown: f64,
+}
+
+fn gained(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<Gained> {
     if let Some(reference) = reference {
         let aligned = &reference.orientation_2s_rms_time_aligned_deg;
         let scores = if *aligned == PerModel::default() { &reference.orientation_2s_rms_deg } else { aligned };
-        if let PerModel { uncompensated: Some(raw), bias_only: Some(bias), with_effects: Some(flown), .. } = scores {
-            return Some(format!(
-                "Against the reference, two seconds of rotation are wrong by {flown:.2} deg; by {raw:.2} deg with the raw gyro, by {bias:.2} deg with its bias alone taken out."
-            ));
+        if let PerModel { uncompensated: Some(raw), bias_only: Some(bias), with_effects: Some(flown), .. } = *scores {
+            return Some(Gained { raw: Some(raw), bias, flown });
         }
     }
     match diagnosed.residual.magnetic_deg {
-        BeforeAfter { before: Some(before), after: Some(after) } => Some(format!(
-            "The gyro now predicts the field over a second to {after:.2} deg; to {before:.2} deg with its bias alone taken out."
-        )),
+        BeforeAfter { before: Some(bias), after: Some(flown) } => Some(Gained { raw: None, bias, flown }),
         _ => None,
     }
+}
+
+/// What the correction gained, in degrees; `None` if nothing tells.
+#[must_use]
+pub fn gain(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<String> {
+    gained(diagnosed, reference).map(|Gained { raw, bias, flown }| raw.map_or_else(
+        || format!("The gyro now predicts the field over a second to {flown:.2} deg; to {bias:.2} deg with its bias alone taken out."),
+        |raw| format!("Against the reference, two seconds of rotation are wrong by {flown:.2} deg; by {raw:.2} deg with the raw gyro, by {bias:.2} deg with its bias alone taken out."),
+    ))
 }
 
 /// What is left unexplained, in a sentence.
@@ -220,4 +252,23 @@ pub fn remainder(diagnosed: &Diagnosed) -> Option<String> {
         ),
         None => format!("{}.", remainder_text(remainder)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::diagnosed;
+
+    #[test]
+    fn what_is_worse_than_the_bias_alone_is_not_called_sound() {
+        let mut found = diagnosed(&Trace::default(), &Config::default(), &Flight::default());
+        let mut told = |after: f64| {
+            found.residual.magnetic_deg = BeforeAfter { before: Some(0.39), after: Some(after) };
+            VerdictWords { is_sound: true, sentence: "All is well.".to_owned() }.unless_worse(&found, None)
+        };
+        let worse = told(0.4);
+        assert!(!worse.is_sound && worse.sentence.ends_with("what flew is off by 0.40 deg, the bias alone by 0.39."));
+        // Not by a digit that is not told.
+        assert!(told(0.392).is_sound && told(0.2).is_sound);
+    }
 }

@@ -8,6 +8,7 @@ pub mod emulator;
 pub mod files;
 pub mod handheld;
 pub mod page;
+pub mod picture;
 pub mod program;
 pub mod report;
 pub mod rotation;

@@ -1,7 +1,7 @@
 //! A run of 40 stations from six axes to positions with their covariances, against welleng's numbers.
 
 use mwd::{
-    report::html::survey_run::page,
+    report::html::{Sources, survey_run::page},
     surveys::{
         reference::Reference,
         settings::RunSettings,
@@ -42,7 +42,7 @@ fn the_correction_finds_the_strings_field_and_the_true_direction() {
     let run = run();
     let last = run.stations.last().unwrap();
     assert!((last.measured_deg[1] - 61.1).abs() < 0.1 && (last.azimuth_deg - 58.0).abs() < 0.3, "{last:?}");
-    let drawn = page(&run);
+    let drawn = page(&run, &Sources::program());
     assert_eq!(drawn.matches("<ellipse").count(), 9);
     assert!(drawn.contains("Ellipses: two standard deviations"));
 }

@@ -13,7 +13,11 @@ use meerkat_mwd::telemetry::AttitudeFormat;
 
 use crate::{
     flown,
-    rig::{browser::browser, page::without_scripts},
+    rig::{
+        browser::{browser, is_sound, told},
+        page::without_scripts,
+        picture::looks_as_in_its_pictures,
+    },
 };
 
 /// What a monitor on loopback answers; its status line and all that follows.
@@ -57,7 +61,9 @@ fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
         let body: serde_json::Value = serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
         let is_last = (body["t_s"].as_f64().unwrap() - samples.last().unwrap().t_us as f64 * 1e-6).abs() < 0.5;
         if is_last || Instant::now() > until {
-            break body["angles"]["deg"][0].as_f64().unwrap();
+            let head = body["head"].as_str().unwrap();
+            let value = head.split("<dd>").nth(1).unwrap().split('°').next().unwrap().to_owned();
+            break value.parse::<f64>().unwrap();
         }
     };
     let page = ask("/", &address);
@@ -65,10 +71,19 @@ fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
     let drawn = browser().map(|browser| shown(&browser, &address));
     monitor.kill().unwrap();
     monitor.wait().unwrap();
-    if let Some(drawn) = drawn {
-        let words = ["<dt>Inclination</dt>", "° ± ", "visibility=\"visible\"", "probe's time "];
+    if let Some((browser, drawn)) = browser().zip(drawn) {
+        let words = ["<dt>Inclination at ", "° ± ", "Probe's time "];
         assert!(words.iter().all(|word| drawn.contains(word)), "{drawn}");
-        assert_eq!(drawn.matches("<canvas").count(), 3, "{drawn}");
+        let file = folder.path().join("live.html");
+        fs::write(&file, page.split_once("\r\n\r\n").unwrap().1.replacen("\nask();\n", "\n", 1)).unwrap();
+        for (width, is_dark) in [(1280, true), (390, false)] {
+            is_sound(&told(&browser, &file, width, is_dark), width, is_dark);
+        }
+        looks_as_in_its_pictures(&browser, &file, "live");
+    }
+    for told in ["<h3>Rotation about", "<h3>Bias b,", "<h3>Scale factors,", "<h3>Vibration,", "<h3>Toolface as a dial<"]
+    {
+        assert!(page.contains(told), "{told}");
     }
     assert!((inclination - f64::from(last.inclination_rad.to_degrees())).abs() < 0.01, "{inclination}");
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("connect-src 'self'") && page.contains("uPlot"));

@@ -8,13 +8,11 @@ use std::{
     time::Duration,
 };
 
-use serde_json::json;
-
-use super::{
-    state::{State, flags_text},
-    summary::{summary_lines, toolface},
+use super::history::History;
+use crate::{
+    failure::Failure,
+    report::html::live::{news, page},
 };
-use crate::failure::Failure;
 
 /// Time after which a browser that says nothing is let go.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -28,7 +26,7 @@ const MOST_LINES: usize = 100;
 /// A page that shows what a probe reports, as long as it is kept.
 pub struct LivePage {
     address: SocketAddr,
-    said: Arc<Mutex<String>>,
+    said: Arc<Mutex<[String; 2]>>,
 }
 
 impl LivePage {
@@ -41,7 +39,7 @@ impl LivePage {
             |error: io::Error| Failure::BadInput(format!("127.0.0.1:{port}: {error}; choose another with --web=N"));
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(taken)?;
         let address = listener.local_addr().map_err(taken)?;
-        let said = Arc::new(Mutex::new(said(&State::default())));
+        let said = Arc::new(Mutex::new(said(&History::default(), &[])));
         let to_tell = Arc::clone(&said);
         thread::spawn(move || {
             // A browser that goes away has what it wanted.
@@ -58,30 +56,20 @@ impl LivePage {
         self.address
     }
 
-    /// Shows what was reported by now.
-    pub fn show(&self, state: &State) {
-        *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said(state);
+    /// Shows what was reported by now: over time, and the latest in lines.
+    pub fn show(&self, history: &History, lines: &[String]) {
+        *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said(history, lines);
     }
 }
 
-/// What the page asks for, twice a second.
-fn said(state: &State) -> String {
-    let angles = state.attitude.as_ref().and_then(|attitude| attitude.angles.as_ref());
-    let angles = angles.map(|angles| {
-        let (kind, toolface_rad) = toolface(angles);
-        let degrees = |x: [f32; 3]| x.map(f32::to_degrees);
-        json!({
-            "deg": degrees([angles.inclination_rad(), angles.azimuth_rad(), toolface_rad]),
-            "sigma_deg": degrees(angles.sigmas_rad()),
-            "toolface": kind,
-            "flags": flags_text(angles.flags()),
-        })
-    });
-    json!({ "t_s": state.t_us as f64 * 1e-6, "angles": angles, "lines": summary_lines(state) }).to_string()
+/// The page, and what it asks for twice a second.
+fn said(history: &History, lines: &[String]) -> [String; 2] {
+    let heard = history.heard(lines);
+    [page(&heard), news(&heard)]
 }
 
 /// Answers one request.
-fn answer(stream: TcpStream, address: SocketAddr, said: &Mutex<String>) -> io::Result<()> {
+fn answer(stream: TcpStream, address: SocketAddr, said: &Mutex<[String; 2]>) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let mut reader = BufReader::new(&stream);
@@ -103,12 +91,11 @@ fn answer(stream: TcpStream, address: SocketAddr, said: &Mutex<String>) -> io::R
     // A page from elsewhere that has itself resolved to this machine names another host.
     let port = address.port();
     let is_own = [format!("127.0.0.1:{port}"), format!("localhost:{port}")].contains(&host);
+    let [whole, news] = said.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let (status, kind, body) = match asked.split(' ').take(2).collect::<Vec<_>>().as_slice() {
         _ if !is_own => ("403 Forbidden", "text/plain", "for this machine only\n".to_owned()),
-        ["GET", "/"] => ("200 OK", "text/html; charset=utf-8", page()),
-        ["GET", "/state"] => {
-            ("200 OK", "application/json", said.lock().unwrap_or_else(PoisonError::into_inner).clone())
-        }
+        ["GET", "/"] => ("200 OK", "text/html; charset=utf-8", whole),
+        ["GET", "/state"] => ("200 OK", "application/json", news),
         _ => ("404 Not Found", "text/plain", "there is / and /state\n".to_owned()),
     };
     let length = body.len();
@@ -116,16 +103,5 @@ fn answer(stream: TcpStream, address: SocketAddr, said: &Mutex<String>) -> io::R
         &stream,
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nCache-Control: no-store\r\n\
          X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n{body}"
-    )
-}
-
-fn page() -> String {
-    format!(
-        include_str!("live_page.html"),
-        plots_style = include_str!("../../report/html/vendor/uplot/uPlot.min.css"),
-        style = include_str!("../../report/html/style.css"),
-        licence = include_str!("../../report/html/vendor/uplot/LICENSE"),
-        plots = include_str!("../../report/html/vendor/uplot/uPlot.iife.min.js"),
-        script = include_str!("live_page.js"),
     )
 }

@@ -4,9 +4,7 @@ use meerkat_mwd::{attitude::Attitude, probe::Output};
 use nalgebra::UnitQuaternion;
 
 use super::{
-    Chart, Page, Series, Told,
-    dial::dial,
-    in_s, line,
+    Chart, Page, Series, Told, dial, in_s, line,
     residual::magnets,
     toolface::{has_north, is_vertical, toolface_rad},
 };
@@ -44,7 +42,9 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             [toolface_rad(a), a.sigma_toolface_rad]
         }),
     ];
+    let shaded = if marks.is_empty() { "" } else { " Shaded: a magnet is there." };
     for (k, (name, about, angle)) in plots.into_iter().enumerate() {
+        let about = format!("{about}{shaded}");
         let mut series = Vec::new();
         // In a vertical hole the reference's toolface would have to be the magnetic one.
         let is_magnetic = k == 2 && mostly_vertical;
@@ -53,18 +53,18 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             series.push(line("reference", "reference", points, span));
         }
         series.push(line("flown", "after", over_time(&told.flight.outputs, angle), span));
-        let chart = Chart::new(name, "deg", about, series).marked(&marks);
+        let chart = Chart::new(name, "deg", &about, series).marked(&marks);
         page.chart(if k == 0 { chart } else { chart.of_angles() });
     }
-    page.add(&dial(&told.flight.outputs));
+    dial::add(page, &told.flight.outputs);
     let stated: [(&str, &'static str, Angle); 3] = [
         ("inclination", "x", |a| [a.sigma_inclination_rad, 0.0]),
         ("azimuth", "y", |a| if has_north(a) { [a.sigma_azimuth_rad, 0.0] } else { NONE }),
         ("toolface", "z", |a| [a.sigma_toolface_rad, 0.0]),
     ];
     let stated = stated.map(|(name, class, angle)| line(name, class, over_time(&told.flight.outputs, angle), span));
-    let about = "How well the probe itself says that it knows each angle: one standard deviation.";
-    page.chart(Chart::new("Stated deviations", "deg", about, stated.into()).of_sizes().marked(&marks));
+    let about = format!("How well the probe itself says that it knows each angle: one standard deviation.{shaded}");
+    page.chart(Chart::new("Stated deviations", "deg", &about, stated.into()).of_sizes().marked(&marks));
     errors(page, told);
 }
 

@@ -2,15 +2,15 @@
 
 use meerkat_mwd::compensation::VectorModel;
 
-use super::{Page, chart::in_digits, escape::escape, sentence, table};
+use super::{Page, Sources, chart::in_digits, escape::escape, fixed, sentence, table};
 use crate::{
     calibrate::{Calibration, print_account, record, sensor::SensorCalibration, verdict::Verdict},
     layout::Layout,
 };
 
-/// The whole page.
+/// The whole page, of a calibration from `sources`.
 #[must_use]
-pub fn page(calibration: &Calibration) -> String {
+pub fn page(calibration: &Calibration, sources: &Sources) -> String {
     let title = format!("Calibration from {}", calibration.traces.join(", "));
     let mut page = Page::new(&title, [0.0, 1.0]);
     page.head(&first_screen(&title, calibration));
@@ -29,6 +29,8 @@ pub fn page(calibration: &Calibration) -> String {
     let _ = print_account(&mut account, Layout::Table, calibration);
     page.section("Every figure");
     page.add(&format!("<pre tabindex=\"0\">{}</pre>\n", escape(&String::from_utf8_lossy(&account))));
+    page.section("Where this comes from");
+    page.add(&sources.html());
     page.finish()
 }
 
@@ -75,9 +77,9 @@ fn sensor(page: &mut Page, sensor: Option<&SensorCalibration>, model: VectorMode
     page.add(&table(&["error of the size", &before, &after], rows));
     page.add("<h3>Model on record: calibrated = matrix (raw - offset)</h3>\n");
     let rows = model.matrix.iter().zip(model.offset).zip(["x", "y", "z"]).map(|((row, offset), axis)| {
-        let cells = row.iter().map(|x| format!("{x:.5}"));
-        (false, [axis.to_owned()].into_iter().chain(cells).chain([format!("{offset:.5}")]).collect())
+        let cells = row.iter().map(|x| fixed(*x, 5));
+        (false, [axis.to_owned()].into_iter().chain(cells).chain([fixed(offset, 5)]).collect())
     });
     let offset = format!("offset, {unit}");
-    page.add(&table(&["axis", "matrix", "", "", &offset], rows));
+    page.add(&table(&["axis", "matrix, times raw x", "raw y", "raw z", &offset], rows));
 }

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::{
     escape::escape,
+    fixed,
     svg::{Plot, Series},
     thinned::{Point, STRETCHES, packed, packed_times, thinned},
 };
@@ -91,8 +92,10 @@ impl<'a> Chart<'a> {
             escape(self.unit),
             escape(about.trim()),
         );
-        out +=
-            &format!("<div class=\"plot\" tabindex=\"0\" role=\"img\" aria-label=\"{}\"></div>\n", escape(&described));
+        out += &format!(
+            "<div class=\"plot\" tabindex=\"0\" role=\"application\" aria-roledescription=\"plot\" aria-label=\"{}\"></div>\n",
+            escape(&described)
+        );
         out += &format!("<div class=\"drawing\">\n{}</div>\n", self.drawing(&described, range, span, over));
         out += "<p class=\"legend\">";
         for series in &self.series {
@@ -184,6 +187,7 @@ impl<'a> Chart<'a> {
             to: span[1],
             range,
             shaded_s: &shaded,
+            levels: &self.levels.iter().map(|(level, _)| *level).collect::<Vec<_>>(),
             series: series.collect(),
         }
         .draw(described)
@@ -218,6 +222,7 @@ impl<'a> Chart<'a> {
             "unit": self.unit,
             "range": range,
             "angle": self.is_angle,
+            "size": self.is_size,
             "series": series,
             "marks": marks,
             "levels": levels,
@@ -228,7 +233,7 @@ impl<'a> Chart<'a> {
 /// A number with about four digits.
 pub fn in_digits(x: f64) -> String {
     let decimals = if x == 0.0 { 0.0 } else { (3.0 - x.abs().log10().floor()).clamp(0.0, 6.0) };
-    format!("{x:.0$}", decimals as usize)
+    fixed(x, decimals as usize)
 }
 
 /// Angles within this much are shown on an axis of their own.

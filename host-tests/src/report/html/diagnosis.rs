@@ -1,8 +1,6 @@
 //! The account of a diagnosis as a page.
 
-use super::{
-    Page, Told, attitude, dynamics, effects, first_screen, provenance::provenance, readings, residual, windows,
-};
+use super::{Page, Told, attitude, dynamics, effects, first_screen, provenance, readings, residual, surveys, windows};
 
 /// The whole page.
 #[must_use]
@@ -21,11 +19,13 @@ pub fn page(told: &Told) -> String {
     windows::add(&mut page, told);
     page.section("Attitude");
     attitude::add(&mut page, told);
+    page.section("Surveys");
+    surveys::add(&mut page, told);
     page.section("Rotation, vibration, shocks");
     dynamics::add(&mut page, told);
     page.section("Readings");
     readings::add(&mut page, told);
     page.section("Where this comes from");
-    page.add(&provenance(told));
+    page.add(&provenance::of_a_flight(told));
     page.finish()
 }

@@ -1,10 +1,12 @@
 //! The toolface as a dial: the start in the middle, the end at the rim, as on a driller's screen.
 
-use meerkat_mwd::probe::Output;
+use meerkat_mwd::{attitude::Attitude, probe::Output};
 
 use super::{
+    Page,
     escape::escape,
-    in_s,
+    fixed, in_s,
+    thinned::Point,
     toolface::{is_vertical, toolface_rad},
 };
 
@@ -14,19 +16,32 @@ const POINTS: usize = 240;
 /// Radius of the innermost and the outermost point, in a drawing that is 260 wide.
 const RADII: [f64; 2] = [18.0, 104.0];
 
-/// The dial; empty without an attitude.
-pub(super) fn dial(outputs: &[Output]) -> String {
-    let step = outputs.len().div_ceil(POINTS).max(1);
-    let thin = outputs.iter().step_by(step).chain(outputs.last());
-    let points: Vec<_> = thin.filter_map(|output| Some((output.t_us, *output.attitude.as_ref()?))).collect();
+/// Points that the page's script has, of which it draws those of the time that is shown.
+const KEPT: usize = 6_000;
+
+/// Adds the dial; nothing without an attitude.
+pub(super) fn add(page: &mut Page, outputs: &[Output]) {
+    let degrees =
+        |(t_us, attitude): (u64, Attitude)| [in_s(t_us), f64::from(toolface_rad(&attitude)).to_degrees(), 0.0];
+    let points = |count: usize| {
+        let step = outputs.len().div_ceil(count).max(1);
+        let thin = outputs.iter().step_by(step).chain(outputs.last());
+        thin.filter_map(|output| Some((output.t_us, *output.attitude.as_ref()?))).collect::<Vec<_>>()
+    };
+    let kept: Vec<Point> = points(KEPT).into_iter().map(degrees).collect();
+    page.dial(&drawing(&points(POINTS)), &kept);
+}
+
+/// The dial without scripts.
+fn drawing(points: &[(u64, Attitude)]) -> String {
     let (Some((first_us, _)), Some((last_us, last))) = (points.first(), points.last()) else { return String::new() };
     let kind = if is_vertical(last) { "magnetic toolface, 0 at north" } else { "gravity toolface, 0 at the highside" };
-    let degrees = toolface_rad(last).to_degrees();
+    let degrees = fixed(toolface_rad(last).to_degrees(), 1);
     let described =
-        format!("Toolface from {:.1} to {:.1} s, at the end {degrees:.1} deg", in_s(*first_us), in_s(*last_us));
+        format!("Toolface from {:.1} to {:.1} s, at the end {degrees} deg", in_s(*first_us), in_s(*last_us));
     let mut out = format!(
-        "<figure class=\"dial\">\n<h3>Toolface as a dial</h3>\n<p class=\"about\">The start is in the middle, the end at the rim, clockwise \
-         looking down-hole; {kind}.</p>\n<svg viewBox=\"-130 -125 260 250\" role=\"img\" aria-label=\"{}\">\n",
+        "<figure class=\"dial\">\n<h3>Toolface as a dial</h3>\n<p class=\"about\">The start of what is shown is in the middle, its end at the rim, \
+         clockwise looking down-hole; {kind}.</p>\n<svg viewBox=\"-130 -125 260 250\" role=\"img\" aria-label=\"{}\">\n",
         escape(&described)
     );
     for radius in [35.0, 70.0, RADII[1]] {
@@ -47,11 +62,12 @@ pub(super) fn dial(outputs: &[Output]) -> String {
         let radius = RADII[0] + (RADII[1] - RADII[0]) * share;
         (radius * angle_rad.sin(), -radius * angle_rad.cos())
     };
-    for (t_us, attitude) in &points {
+    out += "<g class=\"turns\">\n";
+    for (t_us, attitude) in points {
         let (x, y) = at(*t_us, f64::from(toolface_rad(attitude)));
         out += &format!("<circle class=\"z\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\"/>\n");
     }
     let (x, y) = at(*last_us, f64::from(toolface_rad(last)));
-    out += &format!("<circle class=\"x\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\"/>\n</svg>\n");
-    out + "</figure>\n"
+    out += &format!("<circle class=\"x\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\"/>\n</g>\n</svg>\n");
+    out + "<p class=\"note\"></p>\n</figure>\n"
 }

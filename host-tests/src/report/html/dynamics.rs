@@ -18,7 +18,12 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         |output: &meerkat_mwd::probe::Output| [in_s(output.t_us), RPM * f64::from(output.rate_rad_s[2]), 0.0];
     let speed = told.flight.outputs.iter().map(about_axis).collect();
     let about = "Compensated rate about the tool's axis, clockwise looking down-hole.";
-    page.chart(Chart::new("Rotation about the tool's axis", "rpm", about, vec![line("speed", "after", speed, span)]));
+    let mut speeds = vec![line("speed", "after", speed, span)];
+    speeds.extend(
+        told.watched
+            .map(|watched| series("mean of a window", "reference", watched, |d| Some(d.rotation?.mean_rpm.into()))),
+    );
+    page.chart(Chart::new("Rotation about the tool's axis", "rpm", about, speeds));
     let Some(watched) = told.watched else { return };
     let index = series("stick-slip", "x", watched, |d| Some(d.rotation?.stick_slip_index?.into()));
     let about = "(largest - least) / (2 mean) of the speed over a window: 0 is steady, from 1 on the string sticks.";

@@ -5,15 +5,18 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Verdict},
 };
 
-use super::{Chart, Page, Series, Told, escape::escape, figure, in_s, sentence, table};
+use super::{Chart, Page, Series, Told, escape::escape, figure, fixed, in_s, sentence, table};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found},
     report::{
         account::{size, verdict_name},
-        effect_words::{effect_words, parameter_text},
+        effect_words::{effect_words, name_and_unit, parameter_text},
         remainder_text::remainder_text,
     },
 };
+
+/// Classes of lines that can be told apart, in the style sheet.
+const CLASSES: [&str; 6] = ["x", "y", "z", "u", "v", "w"];
 
 /// Adds the effects found with their estimates, and magnets.
 pub(super) fn add(page: &mut Page, told: &Told) {
@@ -36,7 +39,7 @@ pub(super) fn add_diagnoses(page: &mut Page, diagnosed: &Diagnosed) {
     if diagnosed.reports.is_empty() {
         return;
     }
-    page.add("<p>Each diagnosis weighs every candidate. Evidence is a log Bayes factor: from 5 (drilling) or 10 (by hand) on an effect is found.</p>\n");
+    page.add("<p>Each diagnosis weighs every candidate. Evidence is a log Bayes factor, the likeliest come first: from 5 (drilling) or 10 (by hand) on an effect is found; 0 means that there is nothing of it.</p>\n");
     let last = diagnosed.reports.len();
     for (number, (report, library)) in diagnosed.reports.iter().enumerate() {
         page.add(&diagnosis(report, library, number + 1 == last));
@@ -46,19 +49,34 @@ pub(super) fn add_diagnoses(page: &mut Page, diagnosed: &Diagnosed) {
 /// Adds the estimates of an effect over the diagnoses that found it.
 fn estimates(page: &mut Page, diagnosed: &Diagnosed, found: &Found) {
     let effect = found.effect;
-    let all = effect.parameters().iter().enumerate().map(|(k, parameter)| Series {
-        name: parameter.name.to_owned(),
-        class: ["x", "y", "z", "u", "v", "before"][k % 6],
-        points: points(diagnosed, effect, k, parameter),
-        bridged_s: f64::MAX,
-        marked: true,
-    });
-    let name = format!("{} ({}) over the diagnoses", effect_words(effect).title, effect.name());
-    let about = format!(
-        "{} Each point is a diagnosis' estimate, in the unit of its name, with one deviation.",
-        effect_words(effect).what
-    );
-    page.chart(Chart::new(&name, "each in its own unit", &about, all.collect()));
+    // A plot has one unit, and no more lines than can be told apart: of a matrix of nine it has a row.
+    let mut plots: Vec<(&str, Vec<Series>)> = Vec::new();
+    let most = if effect.parameters().len() > CLASSES.len() { 3 } else { CLASSES.len() };
+    for (k, parameter) in effect.parameters().iter().enumerate() {
+        let (name, unit) = name_and_unit(parameter);
+        let is_new = plots.last().is_none_or(|(other, series)| *other != unit || series.len() == most);
+        if is_new {
+            plots.push((unit, Vec::new()));
+        }
+        if let Some((_, series)) = plots.last_mut() {
+            let class = CLASSES.get(series.len()).copied().unwrap_or_default();
+            let points = points(diagnosed, effect, k, parameter);
+            series.push(Series { name, class, points, bridged_s: f64::MAX, marked: true });
+        }
+    }
+    let title = effect_words(effect).title;
+    let is_one = plots.len() == 1;
+    for (number, (unit, series)) in plots.into_iter().enumerate() {
+        let about = if number == 0 {
+            format!("{} Each point is a diagnosis' estimate, with one deviation.", effect_words(effect).what)
+        } else {
+            String::new()
+        };
+        let names: Vec<&str> = series.iter().map(|one| one.name.as_str()).collect();
+        let which = if is_one { String::new() } else { format!(": {}", names.join(", ")) };
+        let name = format!("{title}{which}, over the diagnoses");
+        page.chart(Chart::new(&name, unit, &about, series));
+    }
 }
 
 /// End of each diagnosis in seconds, the parameter it found and its deviation, in the parameter's unit.
@@ -89,7 +107,7 @@ fn effects(diagnosed: &Diagnosed) -> String {
             format!("{} ({})", effect_words(found.effect).title, found.effect.name()),
             sizes(found),
             format!("{:.0}", found.report.evidence),
-            before_after(&found.residual_deg),
+            before_after(&found.residual_deg()),
             format!("{from_s:.1}"),
             in_seconds(found.report.found_us),
             taken_out,
@@ -128,7 +146,8 @@ pub(super) fn sizes(found: &Found) -> String {
 fn magnets(diagnosed: &Diagnosed) -> String {
     let rows = diagnosed.magnets.iter().map(|magnet| {
         let in_seconds = |t_us: u64| format!("{:.1}", t_us as f64 * 1e-6);
-        let offsets = magnet.offset_ut.iter().zip(&magnet.sigma_ut).map(|(x, sigma)| format!("{x:.2} ± {sigma:.2}"));
+        let offsets =
+            magnet.offset_ut.iter().zip(&magnet.sigma_ut).map(|(x, sigma)| format!("{} ± {sigma:.2}", fixed(*x, 2)));
         let cells = [in_seconds(magnet.from_us), magnet.to_us.map_or_else(|| "the end".to_owned(), in_seconds)];
         let what = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
         (false, cells.into_iter().chain(offsets).chain([what.to_owned()]).collect())
@@ -154,11 +173,15 @@ fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -
         let found = report.found().find(|found| usize::from(found.found.index) == index);
         let outcome = found.map_or_else(String::new, |found| {
             let remark = if found.is_taken_out() { "" } else { "; larger than it can be, so not taken out" };
-            format!("found: {}{remark}", size(found, *effect))
+            format!("found: {}{remark}", size(found, *effect).replace("+-", "±"))
         });
         let evidence = found.map_or(*tried, |found| found.evidence);
-        (found.is_some(), vec![effect.name().to_owned(), format!("{evidence:.1}"), outcome])
+        let name = format!("{} ({})", effect_words(*effect).title, effect.name());
+        (evidence, (found.is_some(), vec![name, fixed(evidence, 1), outcome]))
     });
+    let mut rows: Vec<_> = rows.collect();
+    rows.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let rows = rows.into_iter().map(|(_, row)| row);
     out += &table(&["candidate", "log Bayes factor beside what was found", "outcome"], rows);
     out + "</details>\n"
 }

@@ -3,7 +3,7 @@
 use super::{
     Told,
     escape::escape,
-    in_s, sentence,
+    fixed, in_s, sentence,
     toolface::{has_north, is_vertical, toolface_rad},
 };
 use crate::report::{motion, plain_words};
@@ -11,24 +11,25 @@ use crate::report::{motion, plain_words};
 /// First screen of a flight's page.
 pub(super) fn of_a_flight(told: &Told) -> String {
     let verdict = plain_words::verdict(told.trace, told.config, told.flight, told.diagnosed);
+    let verdict = verdict.unless_worse(told.diagnosed, told.reference);
     let mut reasons = vec![plain_words::gyro(told.config, told.flight)];
     if told.config.effects {
         reasons.extend(plain_words::effects(told.diagnosed));
     }
     reasons.extend(plain_words::gain(told.diagnosed, told.reference));
     reasons.extend(plain_words::remainder(told.diagnosed));
-    head(told, "Flight", &verdict, &reasons) + &tiles(told)
+    head(told, "Flight", &verdict, &reasons) + &tiles(told, AT_THE_END)
 }
 
 /// First screen of a diagnosis' page.
 pub(super) fn of_a_diagnosis(told: &Told) -> String {
     let diagnosed = told.diagnosed;
-    let verdict = plain_words::diagnosis(diagnosed);
+    let verdict = plain_words::diagnosis(diagnosed).unless_worse(diagnosed, told.reference);
     let mut reasons = plain_words::effects(diagnosed);
     reasons.extend(plain_words::gain(diagnosed, told.reference));
     reasons.extend(plain_words::remainder(diagnosed));
     reasons.push(plain_words::gyro(told.config, told.flight));
-    head(told, "Diagnosis", &verdict, &reasons)
+    head(told, "Diagnosis", &verdict, &reasons) + &tiles(told, AT_THE_END)
 }
 
 fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &[String]) -> String {
@@ -57,8 +58,11 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
     out + &format!("<p class=\"trace\">{}</p>\n", escape(&about))
 }
 
-/// Attitude at the end, with its deviations.
-fn tiles(told: &Told) -> String {
+/// What the tiles of a recording show.
+const AT_THE_END: &str = "Attitude at the end of the recording, ± one standard deviation.";
+
+/// The last attitude, with its deviations; `about` says when that is.
+pub(super) fn tiles(told: &Told, about: &str) -> String {
     let last = told.flight.outputs.iter().rev().find_map(|output| Some((output.t_us, output.attitude?)));
     let Some((t_us, attitude)) = last else { return String::new() };
     let north = match (has_north(&attitude), told.config.earth.declination_rad) {
@@ -79,11 +83,9 @@ fn tiles(told: &Told) -> String {
     let tile = |(name, x, sigma, what): (&str, f32, f32, &str)| {
         let (x, sigma) = (x.to_degrees(), sigma.to_degrees());
         let is_known = name != "Azimuth" || has_north(&attitude);
-        let value = if is_known { format!("{x:.2}° ± {sigma:.2}°") } else { "unknown".to_owned() };
+        let value = if is_known { format!("{}° ± {sigma:.2}°", fixed(x, 2)) } else { "unknown".to_owned() };
         format!("<div><dt>{name} at {:.0} s</dt><dd>{value} <small>{what}</small></dd></div>\n", in_s(t_us))
     };
     let tiles: String = angles.into_iter().map(tile).collect();
-    format!(
-        "<dl class=\"tiles\">\n{tiles}</dl>\n<p class=\"about\">Attitude at the end of the recording, ± one standard deviation.</p>\n"
-    )
+    format!("<dl class=\"tiles\">\n{tiles}</dl>\n<p class=\"about\">{about}</p>\n")
 }

@@ -1,12 +1,12 @@
 //! A fleet as a page: its recordings as rows, the worst first, and how P of each probe moves over months.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use super::{
-    Chart, Page, Series,
+    Chart, Page, Series, Sources,
     chart::{DATE, in_digits},
     escape::escape,
-    sentence,
+    fixed, sentence,
     spark::{Point, spark},
     table,
 };
@@ -22,21 +22,12 @@ use crate::{
 const DRAWN: usize = 24;
 
 /// Name of each element of P, its class in the style sheet, and its place: row by row.
-const ELEMENTS: [(&str, &str); 9] = [
-    ("x", "x"),
-    ("xy", "x"),
-    ("xz", "u"),
-    ("yx", "y"),
-    ("y", "y"),
-    ("yz", "v"),
-    ("zx", "z"),
-    ("zy", "before"),
-    ("z", "z"),
-];
+const ELEMENTS: [(&str, &str); 9] =
+    [("x", "x"), ("xy", "x"), ("xz", "u"), ("yx", "y"), ("y", "y"), ("yz", "v"), ("zx", "z"), ("zy", "w"), ("z", "z")];
 
 /// The whole page of recordings that stand in their order.
 #[must_use]
-pub fn page(recordings: &[Recording], tables: &[String]) -> String {
+pub fn page(recordings: &[Recording], tables: &[PathBuf]) -> String {
     let drifting = probes(recordings);
     let days = || drifting.iter().flat_map(|probe| &probe.results).map(|(date, _)| day(*date));
     let (first, last) = days().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
@@ -50,12 +41,11 @@ pub fn page(recordings: &[Recording], tables: &[String]) -> String {
     page.section("Drift of P");
     drift(&mut page, &drifting);
     page.section("Where this comes from");
-    let of = |name: &str, what: &str| (false, vec![name.to_owned(), what.to_owned()]);
-    let read = tables.iter().map(|path| of("table", path));
-    page.add(&table(
-        &["", ""],
-        [of("program", concat!("meerkat-mwd ", env!("CARGO_PKG_VERSION")))].into_iter().chain(read),
-    ));
+    let sources = tables.iter().fold(Sources::program(), |sources, path| sources.file("table", path));
+    let hashes = recordings.iter().map(|recording| (false, vec![recording.path.clone(), recording.hash.clone()]));
+    let about = "<p>A hash is of the recording, the configuration, the options and the program: all that a result depends on.</p>\n";
+    let hashes = format!("{about}{}", table(&["recording", "hash"], hashes));
+    page.add(&sources.folded("The recordings, and what their results depend on", &hashes).html());
     page.script(include_str!("fleet.js"));
     page.finish()
 }
@@ -189,7 +179,7 @@ fn rows(recordings: &[Recording]) -> String {
         .collect();
     let body: String = recordings.iter().map(row).collect();
     let about = "The worst come first. A small line is a recording's windows from first to last, an orange point a window that was refused, and the number the last one. \
-        P off by: root mean square of P less the identity. Disagreement of the sensors: squared innovations over what noise accounts for; far above 1 something is not modelled. \
+        P off by: how far the gyro's scale and axes are off, as the root mean square of P less the identity (rate = P (raw rate - b)). Disagreement of the sensors: squared innovations over what noise accounts for; far above 1 something is not modelled. \
         Field: how far the gyro's prediction of the field over a second is off, with its bias alone taken out and as flown.";
     format!(
         "<p class=\"about\">{about}</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Recordings\">\n\
@@ -208,7 +198,7 @@ fn row(recording: &Recording) -> String {
         cells += &format!("<td data-name=\"{}\" data-key=\"{}\">{html}</td>", escape(name), escape(key));
     };
     let standing = recording.standing;
-    let shown = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:.2}"));
+    let shown = |x: Option<f64>| x.map_or_else(String::new, |x| fixed(x, 2));
     cell(recording.name(), &format!("<span title=\"{}\">{}</span>", escape(&recording.path), escape(recording.name())));
     let serial = recording.serial.as_deref().unwrap_or_default();
     cell(serial, &escape(serial));
@@ -261,7 +251,7 @@ fn drift(page: &mut Page, drifting: &[Probe]) {
     let cross = || (0..9).filter(|element| !diagonal.contains(element));
     let change = |probe: &Probe, element: usize| {
         let change = probe.change_percent(element);
-        change.map_or_else(String::new, |change| format!("{:.3} ± {:.3}", change.a_month, change.sigma))
+        change.map_or_else(String::new, |change| format!("{} ± {:.3}", fixed(change.a_month, 3), change.sigma))
     };
     let rows = drifting.iter().map(|probe| {
         let moves = probe.moves(drifting.len());

@@ -11,6 +11,7 @@ mod effects;
 pub mod escape;
 mod first_screen;
 pub mod fleet;
+pub mod live;
 mod page;
 mod path_in_space;
 mod provenance;
@@ -33,6 +34,7 @@ use meerkat_mwd::Config;
 
 pub use chart::{Chart, Mark};
 pub use page::Page;
+pub use provenance::Sources;
 pub use svg::{Plot, Series};
 pub use table::{figure, table};
 
@@ -40,6 +42,7 @@ use crate::{
     diagnosis::Diagnosed,
     failure::Failure,
     flight::{Flight, Watched},
+    report::number::fixed,
     score::{Reference, Settings},
     trace::Trace,
 };

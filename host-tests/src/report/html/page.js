@@ -1,15 +1,14 @@
 // Draws every plot of the page anew with uPlot, so that it can be zoomed; all share one span of time.
 (() => {
 "use strict";
-const page = JSON.parse(document.getElementById("data").textContent);
 const root = document.documentElement;
 root.classList.add("scripted");
 const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
-const whole = { min: page.span[0], max: Math.max(page.span[1], page.span[0] + 1e-3) };
-let shown = { ...whole };
+// Data of the page, the whole span and the part that is shown, and the plots; `load` sets them.
+let page, whole, shown, times;
 const plots = [];
-const times = page.times.map(() => null);
-const unpackedTimes = k => times[k] ||= Float64Array.from(new Int32Array(bytes(page.times[k])), t => page.span[0] + t * 1e-4);
+const timesOf = text => Float64Array.from(new Int32Array(bytes(text)), t => page.span[0] + t * 1e-4);
+const unpackedTimes = k => times[k] ||= timesOf(page.times[k]);
 
 // Values of a series; no value is NaN.
 const unpacked = ([middle, step, text]) =>
@@ -19,7 +18,7 @@ const unpacked = ([middle, step, text]) =>
 const even = count => Float64Array.from({ length: count }, (_, k) =>
   page.span[0] + (page.span[1] - page.span[0]) * ((k >> 1) + (k & 1 ? 0.75 : 0.25)) / (count / 2));
 
-// A line as [times, values, deviations], with an empty value wherever it is broken.
+// A line as times, values and deviations; wherever it is broken there is a value that is NaN.
 function line(series, isAngle) {
   const y = unpacked(series.y), s = series.s && unpacked(series.s);
   const isEven = series.t === null;
@@ -29,71 +28,160 @@ function line(series, isAngle) {
   let last = -1;
   for (let k = 0; k < y.length; k++) {
     if (Number.isNaN(y[k])) {
-      if (isEven || last === k - 1) put(x[k], null, null);
+      if (isEven || last === k - 1) put(x[k], NaN, 0);
       continue;
     }
     if (last >= 0) {
       const wraps = isAngle && Math.abs(y[k] - y[last]) > 180 && !(isEven && (k & 1));
-      if (wraps || x[k] - x[last] > series.bridged) put((x[k] + x[last]) / 2, null, null);
+      if (wraps || x[k] - x[last] > series.bridged) put((x[k] + x[last]) / 2, NaN, 0);
     }
-    put(x[k], y[k], s ? s[k] : null);
+    put(x[k], y[k], s ? s[k] : 0);
     last = k;
+  }
+  const [t, values, sigmas] = out.map(column => Float64Array.from(column));
+  return { x: t, y: values, s: sigmas };
+}
+
+// First place whose time is not before t.
+function from(x, t) {
+  let low = 0, high = x.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (x[middle] < t) low = middle + 1; else high = middle;
+  }
+  return low;
+}
+
+// What a line shows of a span of time, as times, values, deviations and the places of the least and the largest value of
+// their column, for uPlot: of each column of pixels these two in their order. Columns begin at multiples of their width,
+// so that they stay when the span moves.
+function thinned({ x, y, s }, { min, max }, columns) {
+  let k = Math.max(0, from(x, min) - 1);
+  const end = Math.min(x.length, from(x, max) + 1);
+  const out = { x: [], y: [], s: [], edges: [], isDense: end - k > 2 * columns };
+  const put = (t, i, edges) => {
+    out.x.push(t);
+    out.y.push(i < 0 ? null : y[i]);
+    out.s.push(i < 0 ? null : s[i]);
+    out.edges.push(i < 0 ? null : edges);
+  };
+  if (!out.isDense) {
+    for (; k < end; k++) put(x[k], Number.isNaN(y[k]) ? -1 : k, [y[k], y[k]]);
+    return out;
+  }
+  const width = (max - min) / columns;
+  while (k < end) {
+    const column = Math.floor(x[k] / width);
+    let low = -1, high = -1, isBroken = false, isBrokenAfter = false;
+    for (; k < end && x[k] < (column + 1) * width; k++) {
+      if (Number.isNaN(y[k])) {
+        if (low < 0) isBroken = true;
+        isBrokenAfter = true;
+        continue;
+      }
+      isBrokenAfter = false;
+      if (low < 0 || y[k] < y[low]) low = k;
+      if (high < 0 || y[k] > y[high]) high = k;
+    }
+    if (isBroken) put(column * width, -1);
+    if (low < 0) continue;
+    const edges = [y[low], y[high]];
+    put((column + 0.25) * width, Math.min(low, high), edges);
+    put((column + 0.75) * width, Math.max(low, high), edges);
+    if (isBrokenAfter) put((column + 0.9) * width, -1);
   }
   return out;
 }
 
-const colour = name => getComputedStyle(root).getPropertyValue(name).trim();
+const palette = {};
+const colour = name => palette[name] ||= getComputedStyle(root).getPropertyValue(name).trim();
 const faint = (hex, share) => hex + Math.round(255 * share).toString(16).padStart(2, "0");
 
 const digits = x => {
   if (x === null || x === undefined || Number.isNaN(x)) return "";
   if (x === 0) return "0";
   const decimals = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(Math.abs(x)))));
-  return x.toFixed(decimals);
+  return x.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1");
 };
 
 // A place on the axis that all plots share: a day since 1970 as its date, else a number with its unit.
-const place = page.over === "date"
-  ? day => new Date(day * 864e5).toISOString().slice(0, 10) : x => +x.toPrecision(8) + " " + page.over;
-const placeRead = page.over === "date" ? place : x => digits(x) + " " + page.over;
+const place = x => page.over === "date" ? new Date(x * 864e5).toISOString().slice(0, 10) : +x.toPrecision(8) + " " + page.over;
+const placeRead = x => page.over === "date" ? place(x) : digits(x) + " " + page.over;
 
-function build(plot) {
+// What a plot shows of the span now, as columns of uPlot: for each series its values and, with deviations, the edges of two
+// bands. The range of its axis goes with it.
+function viewed(plot) {
   const { chart } = plot;
   plot.lines ||= chart.series.map(series => line(series, chart.angle));
-  // Columns of uPlot: for each series its values and, with deviations, the edges of two bands.
-  const tables = [], series = [{ label: page.over }], bands = [];
-  plot.columns = [];
-  chart.series.forEach((one, k) => {
-    const [x, y, s] = plot.lines[k];
-    const stroke = colour("--" + one.class);
+  const columns = Math.max(50, plot.place.clientWidth - 70);
+  const seen = plot.lines.map(one => thinned(one, shown, columns));
+  plot.range = rangeOf(chart, seen);
+  // Lines of one pixel are drawn ten times as fast as wider ones.
+  plot.wide = seen.some(one => one.isDense) ? 1 : 1.5;
+  const tables = seen.map(({ x, y, s, edges }, k) => {
     const table = [x, y];
-    const at = series.length;
-    plot.columns.push(at);
-    series.push({
-      label: one.name, stroke, width: 1.4, spanGaps: false,
-      points: { show: one.marked, size: 6, fill: stroke, stroke },
-    });
-    if (one.s && !one.marked) {
+    if (hasBands(chart.series[k])) {
       for (const wide of [1, -1, 2, -2]) {
-        table.push(y.map((value, i) => value === null ? null : value + wide * s[i]));
+        table.push(edges.map((both, i) => both && both[wide > 0 ? 1 : 0] + wide * s[i]));
+      }
+    }
+    return table;
+  });
+  const sameTimes = tables.every(table => same(table[0], tables[0][0]));
+  return sameTimes ? [tables[0][0], ...tables.flatMap(table => table.slice(1))] : uPlot.join(tables);
+}
+
+const hasBands = series => Boolean(series.s) && !series.marked;
+
+const isAll = () => shown.max - shown.min > 0.999 * (whole.max - whole.min);
+
+// The axis of the whole time leaves out rare large values; that of a part of it spans all that the part has.
+function rangeOf(chart, seen) {
+  if (isAll()) return chart.range;
+  let low = Infinity, high = -Infinity, sum = 0, count = 0;
+  seen.forEach(({ x, y, s }, k) => y.forEach((value, i) => {
+    if (value === null || x[i] < shown.min || x[i] > shown.max) return;
+    const wide = chart.series[k].marked ? s[i] : 0;
+    low = Math.min(low, value - wide);
+    high = Math.max(high, value + wide);
+    if (hasBands(chart.series[k])) { sum += s[i]; count++; }
+  }));
+  if (low > high) return chart.range;
+  if (chart.angle && high - low > 90) return chart.range;
+  for (const level of chart.levels) { low = Math.min(low, level); high = Math.max(high, level); }
+  if (chart.size) return [0, high > 0 ? 1.1 * high : 1];
+  // Bands of two deviations of the usual size fit.
+  const margin = Math.max(0.05 * (high - low), count ? 2.2 * sum / count : 0, 1e-6 * Math.max(Math.abs(low), Math.abs(high)), 1e-9);
+  return [low - margin, high + margin];
+}
+
+function build(plot) {
+  const { chart } = plot, data = viewed(plot);
+  const series = [{ label: page.over }], bands = [];
+  for (const one of chart.series) {
+    const stroke = colour("--" + one.class);
+    const at = series.length;
+    series.push({
+      label: one.name, stroke, width: plot.wide, spanGaps: false,
+      points: { show: false },
+    });
+    if (hasBands(one)) {
+      for (let edge = 0; edge < 4; edge++) {
         series.push({ label: one.name + " band", width: 0, points: { show: false }, spanGaps: false });
       }
       bands.push({ series: [at + 3, at + 4], fill: faint(stroke, 0.12) });
       bands.push({ series: [at + 1, at + 2], fill: faint(stroke, 0.22) });
     }
-    tables.push(table);
-  });
-  const sameTimes = tables.every(table => table[0] === tables[0][0] || same(table[0], tables[0][0]));
-  const data = tables.length === 1 || sameTimes
-    ? [tables[0][0], ...tables.flatMap(table => table.slice(1))] : uPlot.join(tables);
+  }
   const axis = { stroke: colour("--quiet"), font: "12px system-ui, sans-serif", grid: { stroke: colour("--grid"), width: 1 }, ticks: { stroke: colour("--grid"), width: 1, size: 4 } };
   const options = {
     width: plot.place.clientWidth, height: window.innerWidth < 600 ? 200 : 240,
     legend: { show: false }, series, bands,
-    scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: plot.zoomedY || (() => chart.range) } },
+    scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: () => plot.range } },
     axes: [
       { ...axis, size: 34, space: page.over === "date" ? 100 : 70, ...(page.over === "date" ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}), values: (_, ticks) => ticks.map(place) },
-      { ...axis, size: 58, space: 36, ...(chart.angle ? { incrs: [1, 2, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
+      // As wide as its labels: letters of 12 pixels are 7 wide.
+      { ...axis, size: (_, ticks) => Math.max(58, 16 + 7 * Math.max(0, ...(ticks || []).map(tick => tick.length))), space: 36, ...(chart.angle ? { incrs: [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
     ],
     cursor: {
       drag: { x: true, y: false, setScale: false }, points: { size: 6 }, focus: { prox: -1 },
@@ -101,8 +189,8 @@ function build(plot) {
       sync: { key: "report", filters: { pub: type => type === "mousemove" || type === "mouseleave" } },
     },
     hooks: {
-      drawClear: [u => shade(u, chart)],
-      draw: [u => drawOver(u, chart, plot)],
+      drawClear: [u => shade(u, plot.chart)],
+      draw: [u => drawOver(u, plot.chart, plot)],
       setCursor: [u => { if (plot.isSeen) read(plot, u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null); }],
       setSelect: [u => {
         if (u.select.width > 3) show(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
@@ -112,13 +200,23 @@ function build(plot) {
   };
   if (plot.u) plot.u.destroy();
   plot.u = new uPlot(options, data, plot.place);
-  plot.u.over.addEventListener("dblclick", () => show(whole.min, whole.max));
+  plot.u.over.addEventListener("dblclick", actions.all);
   plot.place.querySelectorAll(".uplot *").forEach(node => node.setAttribute("aria-hidden", "true"));
   plot.u.setScale("x", shown);
   plot.isOld = false;
 }
 
-const same = (a, b) => a.length === b.length && a.every((x, k) => x === b[k]);
+// Draws the span that is shown now.
+function draw(plot) {
+  plot.u.batch(() => {
+    plot.u.setData(viewed(plot), false);
+    for (const series of plot.u.series) if (series.width > 0) series.width = plot.wide;
+    plot.u.setScale("x", shown);
+  });
+  plot.isOld = false;
+}
+
+const same = (a, b) => a === b || a.length === b.length && a.every((x, k) => x === b[k]);
 
 function shade(u, chart) {
   const { ctx, bbox } = u;
@@ -128,6 +226,7 @@ function shade(u, chart) {
   ctx.clip();
   ctx.fillStyle = colour("--shade");
   for (const [from, to] of chart.marks) {
+    if (to < shown.min || from > shown.max) continue;
     const left = u.valToPos(from, "x", true), right = u.valToPos(to, "x", true);
     ctx.fillRect(left, bbox.top, Math.max(right - left, 2), bbox.height);
   }
@@ -151,18 +250,22 @@ function drawOver(u, chart, plot) {
     ctx.stroke();
   }
   ctx.setLineDash([]);
-  // Deviations of single points.
+  // Single points with their deviations: those of one time stand beside each other.
   chart.series.forEach((series, k) => {
-    if (!series.marked || !series.s) return;
-    ctx.strokeStyle = colour("--" + series.class);
-    const [x, y, s] = plot.lines[k];
+    if (!series.marked) return;
+    ctx.strokeStyle = ctx.fillStyle = colour("--" + series.class);
+    const { x, y, s } = plot.lines[k];
+    const beside = 7 * (k - (chart.series.length - 1) / 2) * devicePixelRatio;
     x.forEach((t, i) => {
-      if (y[i] === null) return;
-      const at = u.valToPos(t, "x", true);
+      if (Number.isNaN(y[i]) || t < shown.min || t > shown.max) return;
+      const at = u.valToPos(t, "x", true) + beside;
       ctx.beginPath();
       ctx.moveTo(at, u.valToPos(y[i] - s[i], "y", true));
       ctx.lineTo(at, u.valToPos(y[i] + s[i], "y", true));
       ctx.stroke();
+      ctx.beginPath();
+      ctx.arc(at, u.valToPos(y[i], "y", true), 3 * devicePixelRatio, 0, 2 * Math.PI);
+      ctx.fill();
     });
   });
   ctx.restore();
@@ -174,9 +277,9 @@ function read(plot, t) {
   figure.querySelectorAll(".legend output").forEach((output, k) => {
     let text = "";
     if (t !== null && chart.series[k]) {
-      const [x, y, s] = plot.lines[k];
+      const { x, y, s } = plot.lines[k];
       let i = near(x, t);
-      if (i >= 0 && y[i] === null) i = y[i + 1] != null ? i + 1 : y[i - 1] != null ? i - 1 : -1;
+      if (i >= 0 && Number.isNaN(y[i])) i = y[i + 1] >= -Infinity ? i + 1 : y[i - 1] >= -Infinity ? i - 1 : -1;
       if (i >= 0 && Math.abs(x[i] - t) <= Math.max(chart.series[k].bridged, (shown.max - shown.min) / 50)) {
         text = " " + digits(y[i]) + (chart.series[k].s ? " ± " + digits(s[i]) : "") + " " + chart.unit;
       }
@@ -199,7 +302,8 @@ function near(x, t) {
   return Math.abs(x[low] - t) <= Math.abs(x[high] - t) ? low : high;
 }
 
-// Shows a span of time in every plot: at once where it can be seen, else when it comes into view.
+// Shows a span of time in every plot, with the next frame: at once where it can be seen, else when it comes into view.
+let isAsked = false;
 function show(min, max) {
   const least = (whole.max - whole.min) * 1e-4, most = whole.max - whole.min;
   const width = Math.min(most, Math.max(least, max - min));
@@ -209,9 +313,36 @@ function show(min, max) {
     output.textContent = page.over === "date"
       ? place(shown.min) + " to " + place(shown.max) : digits(shown.min) + " to " + digits(shown.max) + " " + page.over;
   });
-  for (const plot of plots) {
-    if (plot.isSeen && plot.u) plot.u.setScale("x", shown); else plot.isOld = true;
-  }
+  for (const plot of plots) plot.isOld = true;
+  if (!isAsked) requestAnimationFrame(() => { isAsked = false; drawSeen(); });
+  isAsked = true;
+}
+
+function drawSeen() {
+  for (const plot of plots) if (plot.isSeen && plot.u && plot.isOld) draw(plot);
+  turns();
+}
+
+// The toolface as a dial, of the span that is shown: from the middle to the rim.
+function turns() {
+  const turns = document.querySelector(".dial .turns");
+  if (!turns || !page.dial) return;
+  page.dial.x ||= timesOf(page.dial.t);
+  page.dial.degrees ||= unpacked(page.dial.y);
+  const { x, degrees: y } = page.dial;
+  const points = [], first = from(x, shown.min), end = from(x, shown.max);
+  const step = Math.max(1, Math.ceil((end - first) / 240));
+  for (let k = end - 1; k >= first; k -= step) if (!Number.isNaN(y[k])) points.unshift([x[k], y[k]]);
+  const last = points.length - 1;
+  turns.replaceChildren(...points.map(([t, degrees], k) => {
+    const circle = document.createElementNS("http://www.w3.org/2000/svg", "circle");
+    const radius = 18 + 86 * (t - shown.min) / (shown.max - shown.min), angle = degrees * Math.PI / 180;
+    const is = { class: k === last ? "x" : "z", cx: radius * Math.sin(angle), cy: -radius * Math.cos(angle), r: k === last ? 5 : 2 };
+    for (const name in is) circle.setAttribute(name, is[name]);
+    return circle;
+  }));
+  turns.closest("figure").querySelector(".note").textContent = last < 0 ? "No toolface in this stretch."
+    : placeRead(points[0][0]) + " in the middle, " + placeRead(points[last][0]) + " at the rim: " + digits(points[last][1]) + " deg";
 }
 
 function move(share) { const width = shown.max - shown.min; show(shown.min + share * width, shown.max + share * width); }
@@ -246,29 +377,58 @@ function pressed(event, plot) {
 const watcher = new IntersectionObserver(entries => {
   for (const entry of entries) {
     const plot = plots.find(plot => plot.place === entry.target);
-    plot.isSeen = entry.isIntersecting;
-    if (!plot.isSeen) continue;
+    if (plot) plot.isSeen = entry.isIntersecting;
+    if (!plot || !plot.isSeen) continue;
     if (!plot.u) build(plot);
-    else if (plot.isOld) { plot.u.setScale("x", shown); plot.isOld = false; }
+    else if (plot.isOld) draw(plot);
   }
 }, { rootMargin: "200px" });
 
-page.charts.forEach((chart, number) => {
-  const figure = document.getElementById("chart-" + number);
-  const plot = { chart, figure, place: figure.querySelector(".plot"), u: null, isSeen: false, isOld: false };
-  plots.push(plot);
-  plot.place.addEventListener("keydown", event => pressed(event, plot));
-  watcher.observe(plot.place);
-});
+// Takes data for the plots that the page has places for. Of data that grow, what was shown stays; the end stays in view.
+function load(data) {
+  const followed = page && !isAll() ? { ...shown, isEnd: shown.max >= whole.max } : null;
+  page = data;
+  times = page.times.map(() => null);
+  whole = { min: page.span[0], max: Math.max(page.span[1], page.span[0] + 1e-3) };
+  shown = { ...whole };
+  const had = plots.splice(0);
+  page.charts.forEach((chart, number) => {
+    const figure = document.getElementById("chart-" + number), place = figure.querySelector(".plot");
+    let plot = had.find(plot => plot.place === place);
+    if (!plot) {
+      plot = { figure, place, u: null, isSeen: false, isOld: false };
+      place.addEventListener("keydown", event => pressed(event, plots.find(plot => plot.place === place)));
+      watcher.observe(place);
+    }
+    const form = chart => chart.series.map(series => series.class + hasBands(series)).join();
+    const isOther = plot.u && form(plot.chart) !== form(chart);
+    plot.chart = chart;
+    plot.lines = null;
+    if (isOther) build(plot);
+    plots.push(plot);
+  });
+  for (const plot of had.filter(plot => !plots.includes(plot))) {
+    watcher.unobserve(plot.place);
+    if (plot.u) plot.u.destroy();
+  }
+  if (!followed) show(whole.min, whole.max);
+  else {
+    const by = followed.isEnd ? whole.max - followed.max : 0;
+    show(followed.min + by, followed.max + by);
+  }
+}
+load(JSON.parse(document.getElementById("data").textContent));
 document.querySelectorAll(".bar button").forEach(button => button.addEventListener("click", actions[button.dataset.do]));
-show(whole.min, whole.max);
 
-function again() { for (const plot of plots) if (plot.u) build(plot); }
+function again() {
+  for (const name in palette) delete palette[name];
+  for (const plot of plots) if (plot.u) build(plot);
+}
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
 let width = window.innerWidth;
 window.addEventListener("resize", () => {
   if (window.innerWidth !== width) { width = window.innerWidth; again(); }
 });
-// For tests, and for a reader's own questions in the browser's console.
-window.report = { plots, show, buildAll: () => plots.forEach(plot => plot.u || build(plot)) };
+// For a page that is live, for tests, and for a reader's own questions in the browser's console.
+window.report = { plots, show, load, buildAll: () => plots.forEach(plot => plot.u || build(plot)) };
 })();

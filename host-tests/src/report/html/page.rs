@@ -2,7 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::{chart::Chart, escape::escape};
+use super::{
+    chart::Chart,
+    escape::escape,
+    thinned::{Point, packed, packed_times},
+};
 
 /// A page in the making.
 pub struct Page {
@@ -12,11 +16,15 @@ pub struct Page {
     data: Vec<Value>,
     /// Times of the lines that were not thinned, each once: most lines share theirs.
     times: Vec<Value>,
+    /// Toolfaces over time.
+    dial: Value,
     span: [f64; 2],
     /// Name and unit of what the plots are over.
     over: (&'static str, &'static str),
     /// Scripts of the page's own.
     scripts: String,
+    /// Whether its script asks the server that it is from for news.
+    is_live: bool,
 }
 
 impl Page {
@@ -35,10 +43,17 @@ impl Page {
             sections: Vec::new(),
             data: Vec::new(),
             times: Vec::new(),
+            dial: Value::Null,
             span,
             over,
             scripts: String::new(),
+            is_live: false,
         }
+    }
+
+    /// Lets the page ask the server that it is from for [`Page::news`].
+    pub fn live(&mut self) {
+        self.is_live = true;
     }
 
     /// Adds to the first screen, before all sections.
@@ -64,6 +79,14 @@ impl Page {
         self.scripts += &format!("<script>\n{script}</script>\n");
     }
 
+    /// Adds the toolface's dial, and the points in degrees from which the script draws it anew.
+    pub(super) fn dial(&mut self, html: &str, points: &[Point]) {
+        let toolface = packed(points.iter().map(|[_, degrees, _]| *degrees));
+        self.dial =
+            json!({ "t": packed_times(points, self.span[0]), "y": [toolface.middle, toolface.step, toolface.base64] });
+        self.add(html);
+    }
+
     /// Adds a plot; nothing if it would be empty.
     pub fn chart(&mut self, chart: Chart) {
         let Some((html, mut data)) = chart.drawn(self.data.len(), self.span, self.over) else { return };
@@ -82,28 +105,44 @@ impl Page {
         self.add(&html);
     }
 
-    /// The whole page, one file that needs nothing else and may load nothing.
-    #[must_use]
-    pub fn finish(self) -> String {
+    /// Links to the sections, and the sections.
+    fn body(&self) -> [String; 2] {
         let kept: Vec<_> = self.sections.iter().filter(|(_, body)| !body.is_empty()).enumerate().collect();
-        let links: String = kept
+        let links = kept
             .iter()
             .map(|(number, (name, _))| format!("<a href=\"#section-{number}\">{}</a>\n", escape(name)))
             .collect();
-        let sections: String = kept
+        let sections = kept
             .iter()
             .map(|(number, (name, body))| {
                 let name = escape(name);
                 format!("<section aria-labelledby=\"section-{number}\">\n<h2 id=\"section-{number}\">{name}</h2>\n{body}</section>\n")
             })
             .collect();
-        let has_plots = !self.data.is_empty();
+        [links, sections]
+    }
+
+    /// Data of the plots.
+    fn data(&self) -> Value {
+        json!({ "span": self.span, "over": self.over.1, "times": self.times, "dial": self.dial, "charts": self.data })
+    }
+
+    /// What a page that is already shown takes over: head, links, sections and the data of the plots.
+    #[must_use]
+    pub fn news(&self) -> Value {
+        let [links, sections] = self.body();
+        json!({ "head": self.head, "links": links, "sections": sections, "data": self.data() })
+    }
+
+    /// The whole page, one file that needs nothing else and may load nothing.
+    #[must_use]
+    pub fn finish(self) -> String {
+        let [links, sections] = self.body();
+        let has_plots = self.is_live || !self.data.is_empty();
         let bar = if has_plots { include_str!("bar.html") } else { "" };
-        // A script ends at the first `</`, wherever it stands.
-        let data = json!({ "span": self.span, "over": self.over.1, "times": self.times, "charts": self.data })
-            .to_string()
-            .replace("</", "<\\/");
         let scripts = if has_plots {
+            // A script ends at the first `</`, wherever it stands.
+            let data = self.data().to_string().replace("</", "<\\/");
             format!(
                 "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n/* uPlot\n{}*/\n{}\n</script>\n<script>\n{}</script>\n",
                 include_str!("vendor/uplot/LICENSE"),
@@ -113,12 +152,14 @@ impl Page {
         } else {
             String::new()
         };
+        let asks = if self.is_live { "; connect-src 'self'" } else { "" };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <meta name=\"color-scheme\" content=\"light dark\"/>\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\"/>\n\
-             <title>{}</title>\n<style>\n{}\n{}</style>\n</head>\n<body>\n<main>\n{}<nav aria-label=\"Sections\">\n{links}</nav>\n{bar}{sections}</main>\n{scripts}{}</body>\n</html>\n",
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:{asks}\"/>\n\
+             <title>{}</title>\n<style>\n{}\n{}</style>\n</head>\n<body>\n<main>\n<div id=\"head\">\n{}</div>\n\
+             <nav aria-label=\"Sections\">\n{links}</nav>\n{bar}<div id=\"sections\">\n{sections}</div>\n</main>\n{scripts}{}</body>\n</html>\n",
             escape(&self.title),
             include_str!("vendor/uplot/uPlot.min.css"),
             include_str!("style.css"),

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::escape::escape;
+use super::{escape::escape, fixed};
 use crate::surveys::surveyed::SurveyedRun;
 
 /// Width of the drawing in its own units, and the room around the path.
@@ -82,10 +82,9 @@ pub(super) fn drawing(run: &SurveyedRun) -> String {
     };
     let line = |points: &mut dyn Iterator<Item = [f64; 3]>| points.map(place).collect::<Vec<_>>().join("L");
     let mut out = String::new();
-    let told = format!(
-        "North {:.0} to {:.0} m, east {:.0} to {:.0} m, depth {:.0} to {:.0} m.",
-        north.0, north.1, east.0, east.1, down.0, down.1
-    );
+    let [north_told, east_told, depth_told] =
+        [north, east, down].map(|(low, high)| format!("{} to {} m", fixed(low, 0), fixed(high, 0)));
+    let told = format!("North {north_told}, east {east_told}, depth {depth_told}.");
     let about = format!("From the {seen_from} and above; grey: the path's shadow on the ground below. {told}");
     // Writing to a string does not fail.
     let _ = write!(

@@ -33,28 +33,25 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     ];
     for (name, unit, factor, vector, [missing, clipped]) in raw {
         let axes = [("x", "x"), ("y", "y"), ("z", "z")].into_iter().enumerate();
+        // A sensor may read in one sample of several: what it does not say is no break of its line.
+        let read = || told.trace.samples.iter().filter(|s| !s.flags.contains(missing));
         let series: Vec<Series> = axes
             .map(|(k, (name, class))| {
-                let value = |s: &Sample| {
-                    let x = vector(s)[k];
-                    if s.flags.contains(missing) { f64::NAN } else { factor * f64::from(x) }
-                };
-                let points = told.trace.samples.iter().map(|s| [in_s(s.t_us), value(s), 0.0]).collect();
+                let points = read().map(|s| [in_s(s.t_us), factor * f64::from(vector(s)[k]), 0.0]).collect();
                 line(name, class, points, span)
             })
             .collect();
-        let marks = [(missing, "missing"), (clipped, "clipped"), (SampleFlags::FAULT, "the driver reports a fault")];
-        let marks: Vec<Mark> = marks.into_iter().flat_map(|(flag, text)| flagged(told, flag, text)).collect();
+        let fault = "the driver reports a fault";
+        let mut marks = gathered(told, gaps(told, missing), "missing");
+        marks.extend(gathered(told, flagged(told, clipped), "clipped"));
+        marks.extend(gathered(told, flagged(told, SampleFlags::FAULT), fault));
         let about =
             if marks.is_empty() { "" } else { "Shaded: readings are missing or clipped; point at it to see which." };
         page.chart(Chart::new(name, unit, about, series).marked(&marks));
     }
     totals(page, told);
-    let warmth = |s: &Sample| {
-        let is_there = !s.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        [in_s(s.t_us), if is_there { f64::from(s.temperature_c) } else { f64::NAN }, 0.0]
-    };
-    let warmth = told.trace.samples.iter().map(warmth).collect();
+    let read = told.trace.samples.iter().filter(|s| !s.flags.contains(SampleFlags::TEMPERATURE_MISSING));
+    let warmth = read.map(|s| [in_s(s.t_us), f64::from(s.temperature_c), 0.0]).collect();
     page.chart(Chart::new("Temperature", "°C", "", vec![line("temperature", "x", warmth, span)]));
     page.add(&counts(told));
 }
@@ -65,7 +62,7 @@ fn totals(page: &mut Page, told: &Told) {
     let (earth, limits) = (&told.config.earth, &told.config.survey.limits);
     let span = told.span_s();
     let over_time = |of: &dyn Fn(&Calibrated) -> Option<f64>| -> Vec<[f64; 3]> {
-        watched.calibrated.iter().map(|c| [in_s(c.t_us), of(c).unwrap_or(f64::NAN), 0.0]).collect()
+        watched.calibrated.iter().filter_map(|c| Some([in_s(c.t_us), of(c)?, 0.0])).collect()
     };
     let norm = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
     let levels = |reference: Option<f64>, limit: f64, unit: &str| -> Vec<(f64, String)> {
@@ -97,24 +94,50 @@ fn totals(page: &mut Page, told: &Told) {
     page.chart(Chart::new("Dip", "deg", about, vec![line("dip", "after", dip, span)]).with_levels(expected));
 }
 
-/// Intervals of samples with a flag; those that no plot could show apart are one.
-fn flagged(told: &Told, flag: SampleFlags, text: &str) -> Vec<Mark> {
+/// Time of each sample with a flag.
+fn flagged(told: &Told, flag: SampleFlags) -> Vec<[f64; 2]> {
+    let half_s = 0.5 * period_s(told);
+    let samples = told.trace.samples.iter().filter(|sample| sample.flags.contains(flag));
+    samples.map(|sample| in_s(sample.t_us)).map(|t_s| [t_s - half_s, t_s + half_s]).collect()
+}
+
+/// Times between two readings of a sensor, or between one and an end of the trace, in which it misses one by its own
+/// usual step. A sensor that never reads has no curve.
+fn gaps(told: &Told, missing: SampleFlags) -> Vec<[f64; 2]> {
+    let read = told.trace.samples.iter().filter(|sample| !sample.flags.contains(missing));
+    let times: Vec<f64> = read.map(|sample| in_s(sample.t_us)).collect();
+    let mut steps: Vec<f64> = times.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?)).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(own_s) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
     let [from_s, to_s] = told.span_s();
-    let samples = &told.trace.samples;
-    // A sensor that never reads has no curve.
-    if samples.iter().all(|sample| sample.flags.contains(flag)) {
-        return Vec::new();
-    }
-    let (apart_s, half_s) = ((to_s - from_s) / MARKS, 0.5e-6 * f64::from(told.trace.nominal_period_us()));
+    // A sensor that does not keep step with the samples is late by up to one of them.
+    let late_s = 1.5 * own_s + 0.4 * period_s(told);
+    let ends = [from_s - own_s].into_iter().chain(times).chain([to_s + own_s]).collect::<Vec<_>>();
+    let pairs = ends.windows(2).filter_map(|pair| Some([*pair.first()?, *pair.last()?]));
+    pairs
+        .filter(|[last, next]| next - last > late_s)
+        .map(|[last, next]| [last + 0.5 * own_s, next - 0.5 * own_s])
+        .collect()
+}
+
+/// Usual step between two samples, seconds.
+fn period_s(told: &Told) -> f64 {
+    1e-6 * f64::from(told.trace.nominal_period_us())
+}
+
+/// Marks of intervals; those that no plot could show apart are one.
+fn gathered(told: &Told, intervals: Vec<[f64; 2]>, text: &str) -> Vec<Mark> {
+    let [from_s, to_s] = told.span_s();
+    let apart_s = (to_s - from_s) / MARKS;
     let mut spans: Vec<([f64; 2], usize)> = Vec::new();
-    for sample in samples.iter().filter(|sample| sample.flags.contains(flag)) {
-        let t_s = in_s(sample.t_us);
+    for [start_s, end_s] in intervals {
         match spans.last_mut() {
-            Some(([_, until_s], count)) if t_s - *until_s < apart_s => (*until_s, *count) = (t_s + half_s, *count + 1),
-            _ => spans.push(([t_s - half_s, t_s + half_s], 1)),
+            Some(([_, until_s], count)) if start_s - *until_s < apart_s => (*until_s, *count) = (end_s, *count + 1),
+            _ => spans.push(([start_s, end_s], 1)),
         }
     }
-    spans.into_iter().map(|(span_s, count)| Mark { span_s, text: format!("{count} samples: {text}") }).collect()
+    let times = |count: usize| if count > 1 { format!(", {count} times") } else { String::new() };
+    spans.into_iter().map(|(span_s, count)| Mark { span_s, text: format!("{text}{}", times(count)) }).collect()
 }
 
 /// Table of the counters that are not zero.

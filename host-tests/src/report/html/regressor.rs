@@ -1,7 +1,9 @@
 //! What a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing is shown
 //! where that may be chance.
 
-use super::{Plot, Series, Told, chart::in_digits, escape::escape, in_s};
+use meerkat_mwd::{Sample, SampleFlags};
+
+use super::{Plot, Series, Told, chart::in_digits, escape::escape, fixed, in_s};
 
 /// Groups of seconds, by the size of what the residual goes with.
 const GROUPS: usize = 8;
@@ -19,8 +21,14 @@ const LEAST_SPREAD: f64 = 0.05;
 const REGRESSORS: [(&str, &str); 4] =
     [("rate", "deg/s"), ("vibration", "m/s² rms"), ("temperature", "°C"), ("time", "s")];
 
-/// The figure of a residual whose points are seconds and degrees; empty if there is too little of it.
-pub(super) fn figure(told: &Told, name: &str, before: &[[f64; 2]], after: &[[f64; 2]]) -> String {
+/// The figure of a residual whose points are seconds and degrees, read in two ways; empty if there is too little of it.
+pub(super) fn figure(
+    told: &Told,
+    name: &str,
+    [first, second]: [&str; 2],
+    before: &[[f64; 2]],
+    after: &[[f64; 2]],
+) -> String {
     let seconds = seconds(told, before);
     if before.len() < GROUPS * FEWEST || seconds.len() != before.len() {
         return String::new();
@@ -43,7 +51,7 @@ pub(super) fn figure(told: &Told, name: &str, before: &[[f64; 2]], after: &[[f64
     let top = ends.filter(|y| y.is_finite()).fold(1e-6, f64::max);
     let from = x.iter().copied().fold(f64::MAX, f64::min);
     let to = x.iter().copied().fold(f64::MIN, f64::max);
-    let [first, second] = groups;
+    let [of_first, of_second] = groups;
     let series = |name: &str, class: &'static str, points| Series {
         name: name.to_owned(),
         class,
@@ -53,8 +61,9 @@ pub(super) fn figure(told: &Told, name: &str, before: &[[f64; 2]], after: &[[f64
     };
     let (what, unit) = REGRESSORS[k];
     let about = format!(
-        "It goes most with {what}: correlation {of_before:.2} before{}. Points are means over seconds of like {what}, with the deviation of the mean.",
-        of_after.map_or_else(String::new, |after| format!(", {after:.2} after"))
+        "It goes most with {what}: correlation {} {first}{}. Points are means over seconds of like {what}, with the deviation of the mean.",
+        fixed(of_before, 2),
+        of_after.map_or_else(String::new, |after| format!(", {} {second}", fixed(after, 2)))
     );
     let plot = Plot {
         unit: "deg",
@@ -64,15 +73,18 @@ pub(super) fn figure(told: &Told, name: &str, before: &[[f64; 2]], after: &[[f64
         to,
         range: [0.0, 1.1 * top],
         shaded_s: &[],
-        series: vec![series("before", "before", first), series("after", "after", second)],
+        levels: &[],
+        series: vec![series(first, "before", of_first), series(second, "after", of_second)],
     };
     let described = format!("{name} against {what}, from {} to {} {unit}. {about}", in_digits(from), in_digits(to));
     format!(
         "<figure>\n<h3>{} against {what}, deg</h3>\n<p class=\"about\">{}</p>\n<div class=\"scroll standing\" tabindex=\"0\" role=\"group\" aria-label=\"Plot\">\n{}</div>\n\
-         <p class=\"legend\"><span class=\"before\">before</span> <span class=\"after\">after</span></p>\n</figure>\n",
+         <p class=\"legend\"><span class=\"before\">{}</span> <span class=\"after\">{}</span></p>\n</figure>\n",
         escape(name),
         escape(&about),
         plot.draw(&described),
+        escape(first),
+        escape(second),
     )
 }
 
@@ -84,14 +96,16 @@ fn seconds(told: &Told, residuals: &[[f64; 2]]) -> Vec<[f64; 4]> {
         let to = samples.partition_point(|sample| in_s(sample.t_us) <= *t_s);
         let inside = samples.get(from..to).unwrap_or_default();
         let size = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-        let mean = |of: &dyn Fn(&meerkat_mwd::Sample) -> f64| inside.iter().map(of).sum::<f64>() / inside.len() as f64;
-        let force = mean(&|sample| size(sample.accel_m_s2));
-        let rate = mean(&|sample| size(sample.gyro_rad_s)).to_degrees();
-        let vibration = mean(&|sample| (size(sample.accel_m_s2) - force).powi(2)).sqrt();
-        let temperature = mean(&|sample| {
-            let is_missing = sample.flags.contains(meerkat_mwd::SampleFlags::TEMPERATURE_MISSING);
-            if is_missing { f64::NAN } else { f64::from(sample.temperature_c) }
-        });
+        // Of the samples in which the sensor was read; no number without any.
+        let mean = |missing: SampleFlags, of: &dyn Fn(&Sample) -> f64| {
+            let read = || inside.iter().filter(|sample| !sample.flags.contains(missing));
+            read().map(of).sum::<f64>() / read().count() as f64
+        };
+        let force = mean(SampleFlags::ACCEL_MISSING, &|sample| size(sample.accel_m_s2));
+        let rate = mean(SampleFlags::GYRO_MISSING, &|sample| size(sample.gyro_rad_s)).to_degrees();
+        let squares = mean(SampleFlags::ACCEL_MISSING, &|sample| (size(sample.accel_m_s2) - force).powi(2));
+        let vibration = squares.sqrt();
+        let temperature = mean(SampleFlags::TEMPERATURE_MISSING, &|sample| f64::from(sample.temperature_c));
         [rate, vibration, temperature, *t_s]
     };
     residuals.iter().map(of).collect()

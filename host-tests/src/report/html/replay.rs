@@ -1,8 +1,6 @@
 //! A flight as a page: what flew and why, attitude, and everything it rests on.
 
-use super::{
-    Page, Told, attitude, dynamics, effects, first_screen, provenance::provenance, readings, residual, surveys, windows,
-};
+use super::{Page, Told, attitude, dynamics, effects, first_screen, provenance, readings, residual, surveys, windows};
 
 /// The whole page.
 #[must_use]
@@ -28,6 +26,6 @@ pub fn page(told: &Told) -> String {
     page.section("Readings");
     readings::add(&mut page, told);
     page.section("Where this comes from");
-    page.add(&provenance(told));
+    page.add(&provenance::of_a_flight(told));
     page.finish()
 }

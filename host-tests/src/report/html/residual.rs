@@ -1,8 +1,9 @@
 //! Residuals of gravity and field, and the gyro's rotation against the reference, each before and after.
 
-use super::{Chart, Mark, Page, Series, Told, figure, in_s, line, regressor, table};
+use super::{Chart, Mark, Page, Series, Told, figure, fixed, in_s, line, regressor, table};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
+    report::effect_words::effect_words,
     score::{PerModel, rotation_errors},
 };
 
@@ -36,10 +37,27 @@ pub(super) fn add(page: &mut Page, told: &Told) {
             ..line(name, class, points.iter().map(|[t_s, angle]| [*t_s, *angle, 0.0]).collect(), [0.0, 0.0])
         };
         let both = vec![series("before", "before", before), series("after", "after", after)];
-        let about = if marks.is_empty() { "" } else { "Shaded: a magnet is there." };
-        page.chart(Chart::new(name, "deg", about, both).of_sizes().marked(&marks));
-        page.add(&regressor::figure(told, name, before, after));
+        let mut about = if is_covered(before, after) { COVERED.to_owned() } else { String::new() };
+        about += if marks.is_empty() { "" } else { "Shaded: a magnet is there." };
+        page.chart(Chart::new(name, "deg", &about, both).of_sizes().marked(&marks));
+        page.add(&regressor::figure(told, name, ["before", "after"], before, after));
+        let shown_by = told.diagnosed.effects.iter().filter_map(|found| Some((found, found.without.as_ref()?)));
+        for (found, without) in shown_by.filter(|(_, without)| without.vector == vector) {
+            let title = effect_words(found.effect).title;
+            let name = format!("{name}, without and with {title} taken out");
+            page.add(&regressor::figure(told, &name, ["without", "with"], &without.angles, after));
+        }
     }
+}
+
+/// What a reader is told who sees one line of two.
+const COVERED: &str = "Before and after are so alike that one line covers the other. ";
+
+/// Whether one line covers the other: nowhere is it off by more than a hundredth of the largest.
+fn is_covered(before: &[[f64; 2]], after: &[[f64; 2]]) -> bool {
+    let largest = before.iter().map(|[_, angle]| angle.abs()).fold(0.0, f64::max);
+    let mut pairs = before.iter().zip(after);
+    before.len() == after.len() && pairs.all(|([_, a], [_, b])| (a - b).abs() < 0.01 * largest)
 }
 
 /// Intervals with a magnet.
@@ -78,7 +96,7 @@ pub(super) fn add_rotation(page: &mut Page, told: &Told) {
     if attitude.total.is_some() {
         let parts = [attitude.total, attitude.heading, attitude.inclination].map(figure);
         let cells = ["attitude, deg rms".to_owned()].into_iter().chain(parts).collect();
-        page.add(&table(&["", "total", "heading", "inclination"], [(false, cells)]));
+        page.add(&table(&["error", "total", "heading", "inclination"], [(false, cells)]));
     }
     let errors = rotation_errors(told.trace, told.flight, &told.settings());
     let first_s = told.span_s()[0];
@@ -99,9 +117,8 @@ pub(super) fn add_rotation(page: &mut Page, told: &Told) {
         lines.map(one).into()
     };
     let about = format!(
-        "Error of the gyro's rotation over each 2 s against the reference, whose delay of {:.1} ms is taken out.",
-        // Not -0.0.
-        (10.0 * errors.delay_ms).round() / 10.0 + 0.0
+        "Error of the gyro's rotation over each 2 s against the reference, whose delay of {} ms is taken out.",
+        fixed(errors.delay_ms, 1)
     );
     page.chart(Chart::new("Rotation error", "deg", &about, series(&errors.deg)).of_sizes());
     for (axis, errors) in ["x", "y", "z"].iter().zip(&errors.about_axes_deg) {

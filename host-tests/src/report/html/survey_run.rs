@@ -1,14 +1,14 @@
 //! A run of surveys as a page: path, uncertainty, quality.
 
-use super::{Chart, Page, Series, escape::escape, path_in_space, table};
+use super::{Chart, Page, Series, Sources, escape::escape, fixed, path_in_space, table};
 use crate::surveys::{
     settings::Correction,
     surveyed::{SurveyedRun, SurveyedStation},
 };
 
-/// The whole page.
+/// The whole page, of a run that was worked out from `sources`.
 #[must_use]
-pub fn page(run: &SurveyedRun) -> String {
+pub fn page(run: &SurveyedRun, sources: &Sources) -> String {
     let depths = || run.stations.iter().map(|station| station.md_m);
     let span_m = [depths().fold(f64::MAX, f64::min), depths().fold(f64::MIN, f64::max)];
     let mut page = Page::over(&format!("Surveys of {}", run.well), span_m, ("measured depth", "m"));
@@ -35,29 +35,17 @@ pub fn page(run: &SurveyedRun) -> String {
         page.add(&format!("<p>{}</p>\n", escape(&told)));
         let rows = analysis.estimates.iter().map(|(name, value, sigma, before, observable)| {
             let told = if *observable { "determined" } else { "not determined" };
-            let cells = [
-                (*name).to_owned(),
-                format!("{value:.5}"),
-                format!("{sigma:.5}"),
-                format!("{before:.5}"),
-                told.to_owned(),
-            ];
+            let cells =
+                [(*name).to_owned(), fixed(*value, 5), format!("{sigma:.5}"), fixed(*before, 5), told.to_owned()];
             (false, cells.to_vec())
         });
         page.add(&table(&["common error", "value", "deviation", "deviation before", "by these stations"], rows));
     }
     page.section("Where this comes from");
     let provenance = &run.provenance;
-    let rows = [
-        ("program", format!("meerkat-mwd {}", env!("CARGO_PKG_VERSION"))),
-        ("reference", provenance.model.clone()),
-        ("day", provenance.date.clone()),
-        ("place", provenance.place.clone()),
-        ("tool code", run.tool_codes.join(", ")),
-        ("sag", run.sag_told()),
-    ];
-    let known = rows.into_iter().filter(|(_, what)| !what.is_empty());
-    page.add(&table(&["", ""], known.map(|(name, what)| (false, vec![name.to_owned(), what]))));
+    let sources = sources.clone().known("reference", provenance.model.as_str()).known("day", provenance.date.as_str());
+    let sources = sources.known("place", provenance.place.as_str()).known("tool code", &run.tool_codes.join(", "));
+    page.add(&sources.known("sag", &run.sag_told()).html());
     page.finish()
 }
 
@@ -86,16 +74,17 @@ fn first_screen(run: &SurveyedRun) -> String {
         reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&super::sentence(reason)))).collect();
     let list = if items.is_empty() { String::new() } else { format!("<ul>\n{items}</ul>\n") };
     let north = if run.convergence_deg.is_some() { "from grid north" } else { "from true north" };
-    let angle =
-        |x: f64, sigma: Option<f64>| sigma.map_or_else(|| format!("{x:.2}°"), |sigma| format!("{x:.2}° ± {sigma:.2}°"));
+    let angle = |x: f64, sigma: Option<f64>| {
+        format!("{}°{}", fixed(x, 2), sigma.map_or_else(String::new, |sigma| format!(" ± {sigma:.2}°")))
+    };
     let [n, e, tvd] = last.position_m;
     let [major, ..] = last.ellipse;
     let at = format!("at {:.1} m", last.md_m);
     let tiles = [
         ("Inclination", angle(last.inclination_deg, last.sigma_inclination_deg), at),
         ("Azimuth", angle(last.azimuth_deg, last.sigma_azimuth_deg), north.to_owned()),
-        ("True vertical depth", format!("{tvd:.2} m"), String::new()),
-        ("North, east", format!("{n:.1}, {e:.1} m"), format!("± {major:.2} m, one deviation")),
+        ("True vertical depth", format!("{} m", fixed(tvd, 2)), String::new()),
+        ("North, east", format!("{}, {} m", fixed(n, 1), fixed(e, 1)), format!("± {major:.2} m, one deviation")),
     ];
     let tiles: String = tiles
         .iter()
@@ -153,7 +142,7 @@ fn charts(page: &mut Page, run: &SurveyedRun) {
 
 fn stations(run: &SurveyedRun) -> String {
     let sigma =
-        |x: f64, sigma: Option<f64>| sigma.map_or_else(|| format!("{x:.2}"), |sigma| format!("{x:.2} ± {sigma:.2}"));
+        |x: f64, sigma: Option<f64>| fixed(x, 2) + &sigma.map_or_else(String::new, |sigma| format!(" ± {sigma:.2}"));
     // Only where some was added: else the column says nothing.
     let sags = run.sag.is_some();
     let head = [
@@ -169,7 +158,7 @@ fn stations(run: &SurveyedRun) -> String {
         "remark",
     ];
     let rows = run.stations.iter().map(|s| {
-        let [n, e, tvd] = s.position_m.map(|x| format!("{x:.2}"));
+        let [n, e, tvd] = s.position_m.map(|x| fixed(x, 2));
         let [major, minor, azimuth] = s.ellipse;
         let remark = match (s.doubted, s.corrected) {
             (true, _) => "contradicted by the others",
@@ -262,9 +251,8 @@ fn view(
         })
         .collect();
     let height = 40.0 + 260.0 * (y[1] - y[0]) / size;
-    // Not -0.0.
-    let [x, y] = [x, y].map(|range| range.map(|m| (10.0 * m).round() / 10.0 + 0.0));
-    let told = format!("{right} {:.1} to {:.1} m, {other} {:.1} to {:.1} m.", x[0], x[1], y[0], y[1]);
+    let [[left, right_end], [low, high]] = [x, y].map(|range| range.map(|m| fixed(m, 1)));
+    let told = format!("{right} {left} to {right_end} m, {other} {low} to {high} m.");
     format!(
         "<figure class=\"dial\">\n<h3>{name}</h3>\n<p class=\"about\">{} {}</p>\n<svg viewBox=\"0 0 300 {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
          <path class=\"after\" d=\"M{}\"/>\n{around}{dots}</svg>\n</figure>\n",

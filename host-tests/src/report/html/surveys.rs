@@ -2,7 +2,7 @@
 
 use meerkat_mwd::survey::{Grade, SurveyKind, SurveyReport, Uncertain};
 
-use super::{Page, Told, in_s, table};
+use super::{Page, Told, fixed, in_s, table};
 use crate::report::surveys_csv::{grade, reason};
 
 /// Adds the table, with the columns that any survey has.
@@ -47,5 +47,5 @@ fn degrees(x: Uncertain) -> String {
 }
 
 fn uncertain(x: Uncertain, digits: usize) -> String {
-    format!("{:.digits$} ± {:.digits$}", x.value, x.sigma)
+    format!("{} ± {:.digits$}", fixed(x.value, digits), x.sigma)
 }

@@ -6,11 +6,14 @@ use super::escape::escape;
 
 /// Width of the drawing, in its own units; height and margins follow.
 const WIDTH: f64 = 900.0;
-const HEIGHT: f64 = 240.0;
-const LEFT: f64 = 64.0;
+const HEIGHT: f64 = 260.0;
+const LEFT: f64 = 84.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
-const BOTTOM: f64 = 34.0;
+const BOTTOM: f64 = 46.0;
+
+/// Step between points of several series at one time.
+const BESIDE: f64 = 7.0;
 
 /// Room above a drawing of its own, for title and legend.
 const HEAD: f64 = 44.0;
@@ -60,6 +63,8 @@ pub struct Plot<'a> {
     pub range: [f64; 2],
     /// Shaded intervals of time.
     pub shaded_s: &'a [[f64; 2]],
+    /// Values that are drawn as lines from side to side: limits, and what is expected.
+    pub levels: &'a [f64],
     /// The lines and points.
     pub series: Vec<Series>,
 }
@@ -114,8 +119,15 @@ impl Plot<'_> {
     /// Axes and series. Writing to a string does not fail.
     fn draw_all(&self, out: &mut String) {
         let _ = self.draw_axes(out);
-        for series in &self.series {
-            let _ = self.draw_series(out, series);
+        for level in self.levels {
+            let (right, y) = (WIDTH - RIGHT, self.y(*level));
+            let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>");
+        }
+        for (number, series) in self.series.iter().enumerate() {
+            // Points of one time stand beside each other.
+            let beside =
+                if series.marked { BESIDE * (number as f64 - 0.5 * (self.series.len() - 1) as f64) } else { 0.0 };
+            let _ = self.draw_series(out, series, beside);
         }
     }
 
@@ -132,35 +144,37 @@ impl Plot<'_> {
         for (value, text) in ticks(self.range) {
             let y = self.y(value);
             writeln!(out, "<line class=\"grid\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>")?;
-            let (x, y) = (LEFT - 6.0, y + 4.0);
+            let (x, y) = (LEFT - 6.0, y + 5.0);
             writeln!(out, "<text x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{text}</text>")?;
         }
         for (value, text) in ticks([self.from, self.to]) {
             let text = if self.is_of_days { date(value) } else { text };
-            let (x, y) = (self.x(value), bottom + 16.0);
+            let (x, y) = (self.x(value), bottom + 19.0);
             writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>")?;
         }
         let (middle, end, over) = (0.5 * (LEFT + right), HEIGHT - 4.0, escape(self.over));
         writeln!(out, "<text x=\"{middle}\" y=\"{end}\" text-anchor=\"middle\">{over}</text>")?;
         let (y, unit) = (0.5 * (TOP + bottom), escape(self.unit));
-        writeln!(out, "<text transform=\"translate(12 {y}) rotate(-90)\" text-anchor=\"middle\">{unit}</text>")
+        writeln!(out, "<text transform=\"translate(16 {y}) rotate(-90)\" text-anchor=\"middle\">{unit}</text>")
     }
 
-    /// The band of one deviation to each side of a line.
-    fn draw_band(&self, out: &mut String, series: &Series) -> std::fmt::Result {
+    /// The bands of two deviations and of one to each side of a line.
+    fn draw_bands(&self, out: &mut String, series: &Series) -> std::fmt::Result {
         let is_broken = |point: &&[f64; 3]| !point[1].is_finite();
         for stretch in series.points.split(|point| is_broken(&point)).filter(|stretch| stretch.len() > 1) {
-            let upper = stretch.iter().map(|[t_s, x, sigma]| (*t_s, x + sigma));
-            let lower = stretch.iter().rev().map(|[t_s, x, sigma]| (*t_s, x - sigma));
-            let corners = upper.chain(lower).map(|(t_s, x)| format!("{:.1} {:.1}", self.x(t_s), self.y(x)));
-            writeln!(out, "<path class=\"band\" d=\"M{}Z\"/>", corners.collect::<Vec<_>>().join("L"))?;
+            for wide in [2.0, 1.0] {
+                let upper = stretch.iter().map(|[t_s, x, sigma]| (*t_s, x + wide * sigma));
+                let lower = stretch.iter().rev().map(|[t_s, x, sigma]| (*t_s, x - wide * sigma));
+                let corners = upper.chain(lower).map(|(t_s, x)| format!("{:.1} {:.1}", self.x(t_s), self.y(x)));
+                writeln!(out, "<path class=\"band\" d=\"M{}Z\"/>", corners.collect::<Vec<_>>().join("L"))?;
+            }
         }
         Ok(())
     }
 
-    fn draw_series(&self, out: &mut String, series: &Series) -> std::fmt::Result {
+    fn draw_series(&self, out: &mut String, series: &Series, beside: f64) -> std::fmt::Result {
         if !series.marked && series.points.iter().any(|[_, _, sigma]| *sigma > 0.0) {
-            self.draw_band(out, series)?;
+            self.draw_bands(out, series)?;
         }
         let mut path = String::new();
         let mut last_s = f64::NEG_INFINITY;
@@ -170,13 +184,13 @@ impl Plot<'_> {
                 continue;
             }
             let command = if t_s - last_s > series.bridged_s { 'M' } else { 'L' };
-            write!(path, "{command}{:.1} {:.1}", self.x(*t_s), self.y(*value))?;
+            write!(path, "{command}{:.1} {:.1}", self.x(*t_s) + beside, self.y(*value))?;
             last_s = *t_s;
         }
         let class = series.class;
         writeln!(out, "<path class=\"{class}\" d=\"{path}\"/>")?;
         for [t_s, value, sigma] in series.points.iter().filter(|[_, value, _]| series.marked && value.is_finite()) {
-            let (x, low, high) = (self.x(*t_s), self.y(value - sigma), self.y(value + sigma));
+            let (x, low, high) = (self.x(*t_s) + beside, self.y(value - sigma), self.y(value + sigma));
             writeln!(out, "<line class=\"{class}\" x1=\"{x:.1}\" y1=\"{low:.1}\" x2=\"{x:.1}\" y2=\"{high:.1}\"/>")?;
             writeln!(out, "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{:.1}\" r=\"3\"/>", self.y(*value))?;
         }
@@ -226,6 +240,7 @@ mod tests {
             to: 1.0,
             range: [0.0, 2.0],
             shaded_s: &[],
+            levels: &[],
             series: vec![series],
         };
         let drawn = plot.standalone("Error & time");
@@ -235,6 +250,29 @@ mod tests {
             let opened = drawn.matches(&format!("<{tag} ")).count() + drawn.matches(&format!("<{tag}>")).count();
             assert_eq!(opened, drawn.matches(&format!("</{tag}>")).count(), "{tag}");
         }
+    }
+
+    #[test]
+    fn a_drawing_has_both_bands_and_its_limits() {
+        let points = vec![[0.0, 5.0, 1.0], [1.0, 5.0, 1.0]];
+        let series = Series { name: "a".to_owned(), class: "after", points, bridged_s: 2.0, marked: false };
+        let plot = Plot {
+            unit: "deg",
+            over: "time, s",
+            is_of_days: false,
+            from: 0.0,
+            to: 1.0,
+            range: [0.0, 10.0],
+            shaded_s: &[],
+            levels: &[2.5],
+            series: vec![series],
+        };
+        let drawn = plot.draw("a");
+        for value in [3.0, 4.0, 6.0, 7.0] {
+            assert!(drawn.contains(&format!("{LEFT:.1} {:.1}", plot.y(value))), "{value}: {drawn}");
+        }
+        let y = plot.y(2.5);
+        assert!(drawn.contains(&format!("<line class=\"limit\" x1=\"{LEFT}\" y1=\"{y:.1}\"")), "{drawn}");
     }
 
     #[test]

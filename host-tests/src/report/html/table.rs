@@ -1,6 +1,6 @@
 //! Tables of a page.
 
-use super::escape::escape;
+use super::{escape::escape, fixed};
 
 /// A row: whether it is highlighted, and its cells.
 pub type Row = (bool, Vec<String>);
@@ -14,7 +14,11 @@ const LONG: usize = 40;
 pub fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
     let mut out = "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Table\">\n<table>\n".to_owned();
     if head.iter().any(|name| !name.is_empty()) {
-        let cells: String = head.iter().map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
+        let cell = |name: &&str| match *name {
+            "" => "<td></td>".to_owned(),
+            name => format!("<th scope=\"col\">{}</th>", escape(name)),
+        };
+        let cells: String = head.iter().map(cell).collect();
         out += &format!("<tr>{cells}</tr>\n");
     }
     for (stands_out, row) in rows {
@@ -38,5 +42,5 @@ pub fn table(head: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
 /// A number, or nothing if there is none.
 #[must_use]
 pub fn figure(x: Option<f64>) -> String {
-    x.map_or_else(String::new, |x| format!("{x:.3}"))
+    x.map_or_else(String::new, |x| fixed(x, 3))
 }

@@ -14,8 +14,8 @@ const NONE: i16 = i16::MIN;
 pub type Point = [f64; 3];
 
 /// Points of a line over `from_s` to `to_s`: as they are where there are at most two a stretch, else the least and
-/// the largest of each stretch in their order, at a quarter and at three quarters of it. A stretch without a value
-/// has no point. `is_even` tells whether the times are those of the stretches.
+/// the largest of each stretch in their order, at a quarter and at three quarters of it. A stretch without a point is
+/// left out; one whose points have no value has none. `is_even` tells whether no stretch is left out.
 pub struct Thinned {
     /// The points.
     pub points: Vec<Point>,
@@ -30,6 +30,7 @@ pub fn thinned(points: &[Point], [from_s, to_s]: [f64; 2], stretches: usize) -> 
         return Thinned { points: points.to_vec(), is_even: false };
     }
     let width_s = (to_s - from_s) / stretches as f64;
+    let mut is_even = true;
     let mut kept = Vec::with_capacity(2 * stretches);
     let mut rest = points;
     for stretch in 0..stretches {
@@ -38,6 +39,10 @@ pub fn thinned(points: &[Point], [from_s, to_s]: [f64; 2], stretches: usize) -> 
         let count = if is_last { rest.len() } else { rest.partition_point(|point| point[0] < start_s + width_s) };
         let (inside, after) = rest.split_at(count);
         rest = after;
+        if inside.is_empty() {
+            is_even = false;
+            continue;
+        }
         let finite = || inside.iter().filter(|point| point[1].is_finite());
         let least = finite().min_by(|a, b| a[1].total_cmp(&b[1]));
         let largest = finite().max_by(|a, b| a[1].total_cmp(&b[1]));
@@ -50,7 +55,7 @@ pub fn thinned(points: &[Point], [from_s, to_s]: [f64; 2], stretches: usize) -> 
             kept.push([start_s + at * width_s, point[1], point[2]]);
         }
     }
-    Thinned { points: kept, is_even: true }
+    Thinned { points: kept, is_even }
 }
 
 /// Values as 16-bit whole numbers in base64, with the least value and the step that they count in.
@@ -111,6 +116,13 @@ mod tests {
             (0..10_000).map(|k| [f64::from(k), if k < 5_000 { 1.0 } else { f64::NAN }, 0.0]).collect();
         let thin = thinned(&points, [0.0, 10_000.0], 100);
         assert!(thin.points.iter().all(|[t, x, _]| x.is_finite() == (*t < 5_000.0)));
+    }
+
+    #[test]
+    fn what_was_never_said_is_left_out() {
+        let points: Vec<Point> = (0..10_000).filter(|k| k / 500 % 2 == 0).map(|k| [f64::from(k), 1.0, 0.0]).collect();
+        let thin = thinned(&points, [0.0, 10_000.0], 100);
+        assert!(!thin.is_even && thin.points.len() == 100 && thin.points.iter().all(|[_, x, _]| *x == 1.0));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::identification::{Decision, WindowReport};
 
-use super::{Chart, Mark, Page, Series, Told, chart::in_digits, in_s, sentence, table};
+use super::{Chart, Mark, Page, Series, Told, chart::in_digits, fixed, in_s, sentence, table};
 use crate::report::{
     json::parameters::Parameters,
     refusal_text::decision_text,
@@ -43,7 +43,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         ("yx", "y", 1, 0),
         ("yz", "v", 1, 2),
         ("zx", "z", 2, 0),
-        ("zy", "before", 2, 1),
+        ("zy", "w", 2, 1),
     ];
     let cross = pairs.map(|(name, class, i, j)| {
         fitted(told, name, class, &|report| {
@@ -60,7 +60,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     );
     let chart = Chart::new("Consistency of the innovations", "ratio", &what, vec![nis]).of_sizes();
     page.chart(chart.marked(&marks).with_levels(vec![(1.0, "as the noise accounts for".to_owned())]));
-    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how much larger the other sensors' errors are than their data sheets', 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
+    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how many times as large as their data sheets' the errors of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias are, in this order, 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
     page.add(&windows(told));
     page.add("<h3>What flies at the end</h3>\n");
     page.add(&parameters(&Parameters::at_the_end(told.config, told.flight)));
@@ -114,7 +114,7 @@ fn windows(told: &Told) -> String {
         "directions of P decided, of 9",
         "innovations, squared over expected",
         "change, deg per turn",
-        "widths of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias, over the data sheets'",
+        "widths",
         "cost",
         "evaluations",
     ];
@@ -127,9 +127,9 @@ fn parameters(last: &Parameters) -> String {
     let prior = if last.is_prior { " (prior)" } else { "" };
     let rows = last.p.chunks(3).zip(p_sigma.chunks(3)).zip(last.b_rad_s.iter().zip(b_sigma)).zip(["x", "y", "z"]);
     let rows = rows.map(|(((p, p_sigma), (b, b_sigma)), axis)| {
-        let elements = p.iter().zip(p_sigma).map(|(p, sigma)| format!("{p:.5} ± {sigma:.5}"));
-        let bias = format!("{:.4} ± {:.4}{prior}", b.to_degrees(), b_sigma.to_degrees());
+        let elements = p.iter().zip(p_sigma).map(|(p, sigma)| format!("{} ± {sigma:.5}", fixed(*p, 5)));
+        let bias = format!("{} ± {:.4}{prior}", fixed(b.to_degrees(), 4), b_sigma.to_degrees());
         (false, [axis.to_owned()].into_iter().chain(elements).chain([bias]).collect())
     });
-    table(&["", "P", "", "", "b, deg/s"], rows)
+    table(&["axis", "P, times raw x", "raw y", "raw z", "b, deg/s"], rows)
 }
