@@ -20,16 +20,6 @@ impl Layout {
     }
 }
 
-/// A number with so many digits, without the minus of a negative that rounds to zero.
-#[must_use]
-pub fn rounded(value: impl Into<f64>, digits: usize) -> String {
-    let text = format!("{:.digits$}", value.into());
-    match text.strip_prefix('-') {
-        Some(zero) if zero.chars().all(|letter| letter == '0' || letter == '.') => zero.to_owned(),
-        _ => text,
-    }
-}
-
 /// Cells with the names of their columns, as one line says them.
 #[must_use]
 pub fn named<const N: usize>(columns: [&str; N], cells: &[String; N]) -> String {
@@ -40,12 +30,6 @@ pub fn named<const N: usize>(columns: [&str; N], cells: &[String; N]) -> String 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_negative_that_rounds_to_zero_has_no_minus() {
-        assert_eq!([rounded(-0.04, 1), rounded(-0.06, 1), rounded(0.0, 2)], ["0.0", "-0.1", "0.00"]);
-        assert_eq!([rounded(-0.4_f32, 0), rounded(f64::NAN, 1)], ["0", "NaN"]);
-    }
 
     #[test]
     fn a_line_names_its_columns() {

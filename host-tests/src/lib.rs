@@ -14,6 +14,7 @@ pub mod flight;
 pub mod fuzzed;
 pub mod import;
 pub mod layout;
+pub mod number;
 pub mod port;
 pub mod report;
 pub mod research;

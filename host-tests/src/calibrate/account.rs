@@ -10,7 +10,7 @@ use super::{
     sensor::SensorCalibration,
     verdict::{APART_DEG, Verdict, undetermined_of},
 };
-use crate::layout::{Layout, rounded};
+use crate::{layout::Layout, number::fixed};
 
 /// Units of a sensor and of its error, which is stated as a share of the norm times a factor.
 struct Unit {
@@ -98,7 +98,7 @@ fn print_sensor(
                 writeln!(out, "  {:<9} {value:>11.4} {sigma:>11.4} {bound:>11.4} {name}{remark}", NAMES[k])?;
             }
             Layout::Lines => {
-                let value = rounded(value, 4);
+                let value = fixed(value, 4);
                 writeln!(out, "  {}: {value} +- {bound:.4} {name} (95 %), 1-sigma {sigma:.4}{remark}", NAMES[k])?;
             }
         }

@@ -18,7 +18,8 @@ use crate::{
     failure::Failure,
     flight::{configuration::of_trace, started, surveys},
     import::plausible::checked,
-    layout::{Layout, rounded},
+    layout::Layout,
+    number::fixed,
     report::html::{Sources, survey_run::page, write_page},
     surveys::{
         files,
@@ -252,7 +253,7 @@ fn print(out: &mut impl Write, layout: Layout, run: &SurveyedRun) -> io::Result<
         )?;
         for (name, value, sigma, prior, observable) in &analysis.estimates {
             let told = if *observable { "observable" } else { "not observable" };
-            let value = rounded(*value, 5);
+            let value = fixed(*value, 5);
             match layout {
                 Layout::Table => {
                     writeln!(out, "  {name:<24}{value:>10} +- {sigma:.5} (before {prior:.5}) {told}")?;
@@ -283,7 +284,7 @@ fn print(out: &mut impl Write, layout: Layout, run: &SurveyedRun) -> io::Result<
         let sigma = s.sigma_azimuth_deg.map_or_else(|| "-".to_owned(), |sigma| format!("{sigma:.2}"));
         let doubted = if s.doubted { "  contradicted by the others" } else { "" };
         if layout == Layout::Lines {
-            let [east, north_m] = [e, n].map(|x| rounded(x, 2));
+            let [east, north_m] = [e, n].map(|x| fixed(x, 2));
             writeln!(
                 out,
                 "station at {:.2} m: inclination {:.2} deg, azimuth ({north}) {:.2} +- {sigma} deg, tvd {tvd:.2} m, north \

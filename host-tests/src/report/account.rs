@@ -12,7 +12,7 @@ use meerkat_mwd::{
 use super::remainder_text::remainder_text;
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rivals},
-    layout::rounded,
+    number::fixed,
     score::{PerModel, Reference},
     trace::{Trace, seconds},
 };
@@ -100,7 +100,7 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
     let tried = report.tried.iter().zip(library).take(report.candidates.into()).enumerate();
     let others = tried.filter(|(index, _)| report.found().all(|effect| usize::from(effect.found.index) != *index));
     let words: Vec<String> =
-        others.map(|(_, (tried, effect))| format!("{} {}", effect.name(), rounded(*tried, 1))).collect();
+        others.map(|(_, (tried, effect))| format!("{} {}", effect.name(), fixed(*tried, 1))).collect();
     writeln!(out, "  others  log Bayes factor beside these: {}", words.join(", "))?;
     if report.verdict == Verdict::UnexplainedResidual {
         writeln!(out, "  {}", remainder_text(&report.remainder))?;
@@ -137,7 +137,7 @@ fn of_magnet(magnet: &HardIronInterval) -> String {
     let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.1} s", to_us as f64 * 1e-6));
     let remark = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
     let from_s = magnet.from_us as f64 * 1e-6;
-    let offset = [x, y, z].map(|x| rounded(x, 1)).join(", ");
+    let offset = [x, y, z].map(|x| fixed(x, 1)).join(", ");
     format!("hard_iron from {from_s:.1} s to {until}: {size:.1} uT, ({offset}) uT, {remark}")
 }
 
@@ -146,7 +146,7 @@ fn sentence(found: &Found) -> String {
     let parameters = found.effect.parameters().iter().enumerate().map(|(k, parameter)| {
         let value = found.report.found.parameters.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
         let sigma = found.report.found.sigma.get(k).copied().unwrap_or(0.0) * parameter.in_unit;
-        format!("{} {} +- {sigma:.3}", parameter.name, rounded(value, 3))
+        format!("{} {} +- {sigma:.3}", parameter.name, fixed(value, 3))
     });
     let since = if found.effect.is_bias_step() {
         format!(" at {:.1} s", found.report.step_us as f64 * 1e-6)

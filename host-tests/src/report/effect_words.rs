@@ -2,7 +2,7 @@
 
 use meerkat_mwd::compensation::{Effect, Parameter};
 
-use super::number::fixed;
+use crate::number::fixed;
 
 /// What an effect is called in words, and what it is.
 pub struct EffectWords {

@@ -7,7 +7,6 @@ pub mod explanation;
 pub mod html;
 pub mod json;
 pub mod motion;
-pub mod number;
 pub mod picture;
 pub mod plain_words;
 pub mod progress_bar;

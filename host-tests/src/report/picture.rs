@@ -3,10 +3,8 @@
 
 use crate::{
     flight::Flight,
-    report::{
-        html::{Plot, Series},
-        number::fixed,
-    },
+    number::fixed,
+    report::html::{Plot, Series},
     score::{PerModel, Settings, rotation_errors},
     trace::Trace,
 };

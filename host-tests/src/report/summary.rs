@@ -11,7 +11,8 @@ use meerkat_mwd::{
 use crate::{
     diagnosis::Diagnosed,
     flight::Flight,
-    layout::{Layout, named, rounded},
+    layout::{Layout, named},
+    number::fixed,
     report::{
         account::{sentences, verdict_name},
         json::parameters::Parameters,
@@ -136,14 +137,14 @@ fn print_parameters(out: &mut impl Write, layout: Layout, last: &Parameters) -> 
     let cells = last.p.iter().zip(p_sigma);
     match layout {
         Layout::Table => {
-            let cells: Vec<String> = cells.map(|(x, s)| format!("{:>8} +- {s:.5}", rounded(*x, 5))).collect();
+            let cells: Vec<String> = cells.map(|(x, s)| format!("{:>8} +- {s:.5}", fixed(*x, 5))).collect();
             for (row, cells) in cells.chunks(3).enumerate() {
                 let label = if row == 0 { "final P " } else { "        " };
                 writeln!(out, "{label} {}", cells.join("   "))?;
             }
         }
         Layout::Lines => {
-            let cells: Vec<String> = cells.map(|(x, s)| format!("{} +- {s:.5}", rounded(*x, 5))).collect();
+            let cells: Vec<String> = cells.map(|(x, s)| format!("{} +- {s:.5}", fixed(*x, 5))).collect();
             writeln!(out, "final P  {}, row by row", cells.join(", "))?;
         }
     }
@@ -189,7 +190,7 @@ fn print_scores(out: &mut impl Write, layout: Layout, config: &Config, reference
     }
     let below = if has_header { " ".repeat(8) } else { format!("{head},") };
     if let Some(delay) = reference.time_alignment_ms {
-        writeln!(out, "{below} fitted delay {} ms", rounded(delay, 2))?;
+        writeln!(out, "{below} fitted delay {} ms", fixed(delay, 2))?;
     }
     let attitude = &reference.attitude_rms_deg;
     if attitude.total.is_some() {

@@ -14,6 +14,8 @@ fn the_command_writes_a_trace_that_reads_back() {
         scenario: scenario.clone(),
         output: Some(output.clone()),
         seed: Some(4),
+        plot_error: None,
+        plot_rate: None,
     })
     .unwrap();
     let read = Trace::read(&output).unwrap();

@@ -42,7 +42,7 @@ use crate::{
     diagnosis::Diagnosed,
     failure::Failure,
     flight::{Flight, Watched},
-    report::number::fixed,
+    number::fixed,
     score::{Reference, Settings},
     trace::Trace,
 };

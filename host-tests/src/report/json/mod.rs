@@ -132,8 +132,8 @@ struct EffectJson {
 impl EffectJson {
     fn new(found: &Found) -> Self {
         Self {
-            residual_before: found.residual_deg.before,
-            residual_after: found.residual_deg.after,
+            residual_before: found.residual_deg().before,
+            residual_after: found.residual_deg().after,
             ..Self::of_report(found.effect, &found.report, found.aliases(), found.active_s)
         }
     }
@@ -154,8 +154,8 @@ impl EffectJson {
             taken_out_s: report.is_taken_out().then(|| in_seconds(report.taken_out_us)),
             evidence: Some(report.evidence),
             taken_out: report.is_taken_out(),
-            residual_before: found.residual_deg().before,
-            residual_after: found.residual_deg().after,
+            residual_before: None,
+            residual_after: None,
             residual_unit: "deg",
         }
     }
