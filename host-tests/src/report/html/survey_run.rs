@@ -44,8 +44,8 @@ pub fn page(run: &SurveyedRun, sources: &Sources) -> String {
     page.section("Where this comes from");
     let provenance = &run.provenance;
     let sources = sources.clone().known("reference", provenance.model.as_str()).known("day", provenance.date.as_str());
-    let sources = sources.known("place", provenance.place.as_str()).known("tool code", &run.tool_codes.join(", "));
-    page.add(&sources.known("sag", &run.sag_told()).html());
+    let sources = sources.known("place", provenance.place.as_str()).known("tool code", run.tool_codes.join(", "));
+    page.add(&sources.known("sag", run.sag_told()).html());
     page.finish()
 }
 
