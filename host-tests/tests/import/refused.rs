@@ -109,7 +109,7 @@ fn a_clock_that_cannot_be_is_refused_with_what_to_look_at() {
         let is_it = |finding: &&mwd::import::Finding| {
             finding.told.contains(told) && finding.fix.as_deref().is_some_and(|text| text.contains(fix))
         };
-        assert!(import.is_wrong() && wrong.iter().any(|finding| is_it(finding)), "{number}: {:#?}", import.findings);
+        assert!(import.is_wrong() && wrong.iter().any(is_it), "{number}: {:#?}", import.findings);
     }
 }
 
@@ -158,7 +158,7 @@ fn clipped(trace: &mut Trace, of: fn(&mut Sample) -> &mut [f32; 3], end: f32) ->
     let clip = |sample: &mut Sample| {
         let reading = of(sample);
         let before = *reading;
-        *reading = reading.map(|x| x.clamp(-end, end));
+        *reading = reading.map(|x| if x.abs() > end { end.copysign(x) } else { x });
         *reading != before
     };
     trace.samples.iter_mut().map(clip).filter(|is_clipped| *is_clipped).count()
@@ -175,7 +175,12 @@ fn saturation_is_told_wherever_the_range_ends() {
         assert_eq!(saturated(&folder, &drilled), None, "{seed}");
         let largest = |of: fn(&mut Sample) -> &mut [f32; 3]| {
             let mut samples = drilled.samples.clone();
-            samples.iter_mut().flat_map(|sample| *of(sample)).fold(0.0_f32, |most, x| most.max(x.abs()))
+            samples
+                .iter_mut()
+                .flat_map(|sample| *of(sample))
+                .map(f32::abs)
+                .reduce(|most, x| if x > most { x } else { most })
+                .unwrap_or_default()
         };
         // An end below the usual rate, at four fifths of the peak, and where few samples reach it.
         for (of, end) in [(gyro, 1.0), (gyro, 0.8 * largest(gyro)), (accel, 0.8 * largest(accel)), (accel, 15.0)] {

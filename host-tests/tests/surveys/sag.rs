@@ -3,7 +3,7 @@
 use std::{fs, process::Command};
 
 use mwd::{
-    report::html::survey_run::page,
+    report::html::{Sources, survey_run::page},
     surveys::{
         files,
         reference::Reference,
@@ -37,7 +37,7 @@ fn sags(run: &SurveyedRun) -> Vec<[f64; 2]> {
 fn told(run: &SurveyedRun) -> [String; 5] {
     let csv = files::csv::full(run);
     let las = files::las::las(run);
-    let html = page(run);
+    let html = page(run, &Sources::program());
     let json: serde_json::Value = serde_json::from_str(&files::json(run).unwrap()).unwrap();
     let after =
         |text: &str, key: &str, end: &str| text.split(key).nth(1).unwrap().split(end).next().unwrap().to_owned();
@@ -60,7 +60,7 @@ fn without_being_asked_for_no_sag_is_added_and_every_output_says_none() {
         (csv.as_str(), las.as_str(), json.as_str(), witsml.as_str()),
         ("none corrected", "none corrected", "none", "false")
     );
-    assert!(html.contains("none corrected") && !page(&run).contains("sag in it"), "{html}");
+    assert!(html.contains("none corrected") && !page(&run, &Sources::program()).contains("sag in it"), "{html}");
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn a_stated_sag_goes_with_the_sine_and_is_told() {
     }
     assert_eq!(witsml, "true");
     assert!(run.sag_told().ends_with("0.000 to 0.200 deg are added to the measured inclinations"));
-    assert!(page(&run).contains("sag in it"));
+    assert!(page(&run, &Sources::program()).contains("sag in it"));
     // Positions are of the hole, not of the tool.
     assert!(run.stations[2].position_m[2] < self::run(STATIONS, "").stations[2].position_m[2] - 0.01);
 }
