@@ -12,6 +12,7 @@ use meerkat_mwd::{
 use mwd::{
     diagnosis::diagnosed,
     flight::{Flight, configuration::of_trace, fly},
+    layout::Layout,
     report::{json::result_json, summary::print_summary},
     simulate::{Effects, Scenario, simulate},
     trace::Trace,
@@ -55,7 +56,8 @@ fn summary(reports: Vec<WindowReport>) -> String {
     let flight = Flight { reports, ..Flight::default() };
     let (trace, config) = (Trace::default(), Config::default());
     let mut text = Vec::new();
-    print_summary(&mut text, &trace, &config, &flight, &diagnosed(&trace, &config, &flight), None).unwrap();
+    print_summary(&mut text, Layout::Table, &trace, &config, &flight, &diagnosed(&trace, &config, &flight), None)
+        .unwrap();
     String::from_utf8(text).unwrap()
 }
 
