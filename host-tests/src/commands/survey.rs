@@ -252,6 +252,7 @@ fn print(out: &mut impl Write, run: &SurveyedRun) -> io::Result<()> {
         let count = run.stations.len();
         writeln!(out, "short-collar correction: {no_go} of {count} stations in its no-go zone, left as measured")?;
     }
+    writeln!(out, "uncertainty of positions: tool code {}", run.tool_codes.join(" and "))?;
     let north = if run.convergence_deg.is_some() { "grid" } else { "true" };
     writeln!(
         out,

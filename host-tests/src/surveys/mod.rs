@@ -2,6 +2,7 @@
 
 pub mod files;
 pub mod path;
+mod placed;
 pub mod position_errors;
 pub mod reference;
 pub mod sag;
@@ -9,3 +10,5 @@ pub mod settings;
 pub mod simulated_run;
 pub mod stations_csv;
 pub mod surveyed;
+pub mod term_weights;
+pub mod tool_codes;

@@ -1,11 +1,11 @@
 //! What a run is: place, date, reference, grid, corrections. A TOML file.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use meerkat_mwd::{config::SurveyErrors, survey::multi_station::MultiStationSettings};
 use serde::{Deserialize, Serialize};
 
-use super::{position_errors::PositionErrors, sag::Sag};
+use super::{sag::Sag, tool_codes::FieldClass};
 use crate::{
     earth::{gravity_at_depth::ROCK_KG_M3, grid::Grid},
     failure::Failure,
@@ -42,10 +42,13 @@ pub struct RunSettings {
     /// Position of the first station: north, east, true vertical depth, metres; where absent, straight below depth zero
     /// at its measured depth.
     pub start_m: Option<[f64; 3]>,
-    /// Errors of sensors and reference.
+    /// Errors of sensors and reference. Those of the sensors scale the tool code's terms, too.
     pub errors: SurveyErrors,
-    /// Errors of depth and alignment.
-    pub position_errors: PositionErrors,
+    /// How good the reference field is, which chooses the tool code; where absent, in-field referencing (`ifr1`) for a
+    /// file by depth and low resolution (`lrgm`) for all others.
+    pub field_class: Option<FieldClass>,
+    /// Factors of the tool code's terms, by their names.
+    pub term_factors: BTreeMap<String, f64>,
     /// Multi-station analysis.
     pub multi_station: MultiStationSettings,
 }
@@ -67,7 +70,8 @@ impl Default for RunSettings {
             vertical_section_deg: None,
             start_m: None,
             errors: SurveyErrors::default(),
-            position_errors: PositionErrors::default(),
+            field_class: None,
+            term_factors: BTreeMap::new(),
             multi_station: MultiStationSettings::default(),
         }
     }
@@ -123,6 +127,15 @@ pub enum Correction {
 }
 
 impl RunSettings {
+    /// Class of the reference field.
+    #[must_use]
+    pub fn field_class(&self) -> FieldClass {
+        self.field_class.unwrap_or(match self.reference {
+            ReferenceSettings::File { .. } => FieldClass::Ifr1,
+            _ => FieldClass::Lrgm,
+        })
+    }
+
     /// Reads the text of a settings file.
     ///
     /// # Errors

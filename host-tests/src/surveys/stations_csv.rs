@@ -116,9 +116,9 @@ fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
         let line = record.position().map_or(0, csv::Position::line);
         let station = row(&columns, &record).map_err(|why| format!("line {line}: {why}"))?;
         if let (Some(last), Some(md)) = (stations.last().and_then(|last| last.md_m), station.md_m)
-            && md <= last
+            && md < last
         {
-            return Err(format!("line {line}: depth does not increase"));
+            return Err(format!("line {line}: depth falls"));
         }
         stations.push(station);
     }
@@ -258,7 +258,7 @@ mod tests {
         for (text, told) in [
             ("md_m,gx_g,gy_g,gz_g\n1,2,3,4\n", "lacks gravity"),
             ("gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n", "lacks a column md_m"),
-            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n1,2,3\n", "line 3: depth does not increase"),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n0.9,2,3\n", "line 3: depth falls"),
             ("md_m,inclination_deg,magnetic_azimuth_deg\n1,nan,3\n", "line 2: \"nan\" is no number"),
             ("md_m,inclination_deg,magnetic_azimuth_deg\n", "no stations"),
             ("# axes = y x z\nmd_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n", "right-handed"),

@@ -7,17 +7,22 @@ use meerkat_mwd::survey::{
         CorrectedStation, Decision, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference,
     },
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
-    path::{Direction, PathPoint, minimum_curvature},
-    position_errors::{ModelStation, covariances, horizontal_ellipse},
+    path::{Direction, minimum_curvature},
+    placed,
     reference::{Provenance, Reference, ReferenceAt},
     settings::{Correction, RunSettings},
     stations_csv::{Measured, ReadStation},
 };
 use crate::failure::Failure;
+
+/// What a station says that has the short-collar correction.
+pub(super) const AXIAL: &str = "axial";
+/// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
+const FALL_M: f64 = 0.01;
 
 /// Result for a run.
 #[derive(Debug, Serialize)]
@@ -34,6 +39,8 @@ pub struct SurveyedRun {
     pub convergence_deg: Option<f64>,
     /// Azimuth of the vertical section, degrees.
     pub vertical_section_deg: f64,
+    /// Tool codes of the stations, that of the covariances, each once.
+    pub tool_codes: Vec<String>,
     /// The multi-station analysis, if one was made.
     pub analysis: Option<Analysis>,
     /// What is doubtful, a sentence each.
@@ -76,7 +83,7 @@ pub struct SurveyedStation {
     pub readings: Option<[[f64; 3]; 2]>,
     /// Inclination and magnetic azimuth as measured.
     pub measured_deg: [f64; 2],
-    /// Inclination of the hole, corrected, sag included.
+    /// Inclination of the hole, corrected, sag included. Stations at one depth share their mean direction.
     pub inclination_deg: f64,
     /// Its standard deviation; `None` where only angles were read.
     pub sigma_inclination_deg: Option<f64>,
@@ -96,6 +103,8 @@ pub struct SurveyedStation {
     pub sag_deg: f64,
     /// Whether the azimuth was corrected, and how.
     pub corrected: &'static str,
+    /// Tool code.
+    pub tool_code: String,
     /// Axial interference by the reference, microtesla, and its standard deviation.
     pub axial_interference_ut: Option<[f64; 2]>,
     /// True in the no-go zone of the short-collar correction.
@@ -158,9 +167,14 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
             directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
+    placed::agree(&mut stations);
     let last_azimuth = stations.last().map_or(0.0, |last| last.azimuth_deg);
     let vertical_section_deg = settings.vertical_section_deg.unwrap_or(last_azimuth);
-    place_all(&mut stations, settings, vertical_section_deg);
+    let code = placed::tool_code(&mut stations, settings, report.as_ref(), &mut warnings);
+    placed::place_all(&mut stations, settings, &placed::terms(code, settings)?, vertical_section_deg);
+    let mut tool_codes: Vec<String> = stations.iter().map(|station| station.tool_code.clone()).collect();
+    tool_codes.sort();
+    tool_codes.dedup();
     Ok(SurveyedRun {
         well: settings.well.clone(),
         correction: settings.correction,
@@ -168,6 +182,7 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         provenance: reference.provenance().clone(),
         convergence_deg,
         vertical_section_deg,
+        tool_codes,
         analysis: report.as_ref().map(told),
         warnings,
         stations,
@@ -190,6 +205,9 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
     let mut directions = Vec::new();
     for (k, station) in read.iter().enumerate() {
         let md_m = station.md_m.ok_or_else(|| Failure::BadInput(format!("station {}: no depth", k + 1)))?;
+        if directions.last().is_some_and(|last: &Direction| md_m < last.md_m - FALL_M) {
+            return Err(Failure::BadInput(format!("station {}: depth falls", k + 1)));
+        }
         let [inclination_rad, azimuth_rad] = measured_angles(&station.measured)
             .ok_or_else(|| Failure::BadInput(format!("station {}: no usable gravity and field", k + 1)))?;
         directions.push(Direction { md_m, inclination_rad, azimuth_rad });
@@ -244,7 +262,7 @@ fn analysed(
 }
 
 /// Position of the first station.
-fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
+pub(super) fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
     let below = [0.0, 0.0, first.map_or(0.0, |first| first.md_m)];
     Vector3::from(settings.start_m.unwrap_or(below))
 }
@@ -314,6 +332,7 @@ fn directed(
         }),
         sag_deg,
         corrected: how,
+        tool_code: String::new(),
         axial_interference_ut: axial
             .map(|axial| [axial.interference_ut.value, axial.interference_ut.sigma].map(f64::from)),
         axial_no_go: axial.map(|axial| axial.no_go),
@@ -356,44 +375,10 @@ fn chosen(
             (corrected.inclination_rad.into(), corrected.magnetic_azimuth_rad.into(), how)
         }
         (None, Some(axial)) if settings.correction == Correction::Axial && !axial.no_go => {
-            (plain(measured[0]), axial.magnetic_azimuth_rad.into(), "axial")
+            (plain(measured[0]), axial.magnetic_azimuth_rad.into(), AXIAL)
         }
         (None, Some(axial)) => (plain(measured[0]), axial.measured_azimuth_rad.into(), "no"),
         (None, None) => (plain(measured[0]), plain(measured[1]), "no"),
-    }
-}
-
-/// Places of all stations with their covariances.
-fn place_all(stations: &mut [SurveyedStation], settings: &RunSettings, vertical_section_deg: f64) {
-    let directions: Vec<Direction> = stations
-        .iter()
-        .map(|station| Direction {
-            md_m: station.md_m,
-            inclination_rad: station.inclination_deg.to_radians(),
-            azimuth_rad: station.azimuth_deg.to_radians(),
-        })
-        .collect();
-    let path = minimum_curvature(&directions, start(settings, directions.first()));
-    let model: Vec<ModelStation> = (stations.iter().zip(&directions).zip(&path))
-        .map(|((station, direction), point)| ModelStation {
-            direction: *direction,
-            tvd_m: point.position_m.z,
-            magnetic_azimuth_rad: station.magnetic_azimuth_deg.to_radians(),
-            true_azimuth_rad: (station.magnetic_azimuth_deg + station.reference.declination_deg).to_radians(),
-            field_ut: station.reference.field_ut,
-            dip_rad: station.reference.dip_deg.to_radians(),
-            gravity_m_s2: station.reference.gravity_m_s2,
-        })
-        .collect();
-    let covariances: Vec<Matrix3<f64>> = covariances(&model, &settings.errors, &settings.position_errors);
-    for ((station, point), covariance) in stations.iter_mut().zip(&path).zip(&covariances) {
-        let PathPoint { position_m, dogleg_rad_30m } = *point;
-        station.position_m = position_m.into();
-        station.dogleg_deg_30m = dogleg_rad_30m.to_degrees();
-        station.vertical_section_m = point.vertical_section_m(vertical_section_deg.to_radians());
-        station.covariance_m2 = covariance.transpose().into();
-        let ([major, minor], azimuth) = horizontal_ellipse(covariance);
-        station.ellipse = [major, minor, azimuth.to_degrees()];
     }
 }
 
@@ -419,7 +404,7 @@ fn told(report: &MultiStationReport) -> Analysis {
 }
 
 /// Degrees within 0 to 360.
-fn turn(degrees: f64) -> f64 {
+pub(super) fn turn(degrees: f64) -> f64 {
     let within = remainder(degrees, 360.0);
     if within < 0.0 { within + 360.0 } else { within }
 }

@@ -1,9 +1,12 @@
 //! Simulated runs with known truth: azimuths before and after the multi-station analysis, and what it says of itself.
 
-use meerkat_mwd::config::SurveyErrors;
+use meerkat_mwd::{
+    config::SurveyErrors,
+    survey::multi_station::{MultiStation, MultiStationReport, MultiStationSettings, Parameter, Station},
+};
 use mwd::{
     bench::multi_station::{Score, scored},
-    surveys::simulated_run::Run,
+    surveys::simulated_run::{Run, TrueStation},
 };
 
 const RUNS: u64 = 500;
@@ -51,4 +54,67 @@ fn a_magnetised_string_and_a_magnetometer_out_of_specification_are_corrected() {
         let worse = scores.iter().filter(|score| score.azimuth_deg[1] > score.azimuth_deg[0]).count();
         assert!(after < share * before && worse * 100 < scores.len(), "{before} {after} {worse}");
     }
+}
+
+/// Growth of the drill string's field from the first to the last station of a run, microtesla.
+const GROWTH_UT: f64 = 1.5;
+
+fn analysed(stations: impl Iterator<Item = Station>) -> MultiStationReport {
+    let mut all = MultiStation::new();
+    stations.for_each(|station| all.push(station).unwrap());
+    all.analyse(&SurveyErrors::default(), &MultiStationSettings::default()).unwrap()
+}
+
+/// The sigma of a station's azimuth by a report, degrees.
+fn sigma_deg(report: &MultiStationReport, station: &Station) -> f64 {
+    f64::from(report.corrected(station).unwrap().magnetic_azimuth_rad.sigma).to_degrees()
+}
+
+#[test]
+fn a_field_that_grows_is_found_within_its_sigma_and_the_azimuths_sigma_grows_with_it() {
+    let growth = Parameter::ALL.iter().position(|parameter| *parameter == Parameter::AxialGrowth).unwrap();
+    let (mut off, mut told, mut within) = (vec![], 0, 0);
+    let (mut errors, mut sigmas) = ([vec![], vec![]], [const { Vec::new() }; 2]);
+    let runs = 200;
+    for seed in 0..runs {
+        let drawn = Run::default().drawn(seed);
+        let last = drawn.stations.len() - 1;
+        let with = |k: usize, truth: &TrueStation, by: f64| {
+            let mut station = truth.station;
+            station.field_ut[2] += (by * k as f64 / last as f64) as f32;
+            station
+        };
+        let run = |by: f64| analysed(drawn.stations.iter().enumerate().map(|(k, truth)| with(k, truth, by)));
+        let [without, grown] = [run(0.0), run(GROWTH_UT)];
+        let estimate = grown.estimates()[growth].estimate;
+        let truth = drawn.errors[growth] + GROWTH_UT;
+        off.push((f64::from(estimate.value) - truth) / f64::from(estimate.sigma));
+        told += i32::from(grown.axial_field_grows());
+        let end = with(last, &drawn.stations[last], GROWTH_UT);
+        let station = grown.corrected(&end).unwrap();
+        let azimuth = drawn.stations[last].azimuth_rad;
+        for (errors, x) in errors.iter_mut().zip([station.measured_azimuth_rad, station.magnetic_azimuth_rad]) {
+            errors.push(libm::remainder(f64::from(x.value) - azimuth, std::f64::consts::TAU).to_degrees());
+        }
+        within += i32::from(errors[1].last().unwrap().abs() < 2.0 * sigma_deg(&grown, &end));
+        // The same attitude as far below the run as the run is long: the growth goes on, and is not known from there.
+        for (sigmas, (report, by)) in sigmas.iter_mut().zip([(&without, 0.0), (&grown, GROWTH_UT)]) {
+            let end = with(last, &drawn.stations[last], by);
+            let mut below = with(last, &drawn.stations[last], 2.0 * by);
+            below.depth_m += end.depth_m - drawn.stations[0].station.depth_m;
+            let more = sigma_deg(report, &below).powi(2) - sigma_deg(report, &end).powi(2);
+            sigmas.push(more);
+        }
+    }
+    let [before, after] = errors.map(|errors| rms(errors.into_iter()));
+    let in_sigmas = rms(off.iter().copied());
+    let [staying, growing] = sigmas.map(|more| libm::sqrt(more.iter().sum::<f64>() / more.len() as f64));
+    println!(
+        "growth of 1,500 nT: told in {told} of {runs} runs, error {in_sigmas:.2} sigmas rms; last azimuth {before:.2} deg rms \
+         before, {after:.2} after, {within} within two sigmas; over as much hole again its sigma grows by {growing:.2} deg, \
+         without a growth by {staying:.2}"
+    );
+    assert!(told as u64 * 100 >= runs * 95 && (0.7..1.3).contains(&in_sigmas), "{told} {in_sigmas}");
+    assert!(after < 0.5 * before && within as u64 * 100 >= runs * 90, "{before} {after} {within}");
+    assert!(growing > 0.3 && growing > 1.3 * staying, "{growing} {staying}");
 }

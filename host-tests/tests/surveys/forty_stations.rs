@@ -44,5 +44,5 @@ fn the_correction_finds_the_strings_field_and_the_true_direction() {
     assert!((last.measured_deg[1] - 61.1).abs() < 0.1 && (last.azimuth_deg - 58.0).abs() < 0.3, "{last:?}");
     let drawn = page(&run);
     assert_eq!(drawn.matches("<ellipse").count(), 9);
-    assert!(drawn.contains("Ellipses: two standard deviations."));
+    assert!(drawn.contains("Ellipses: two standard deviations"));
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
+mod cluster_shots;
 mod corrected_runs;
 mod files;
 mod forty_stations;

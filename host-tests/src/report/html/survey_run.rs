@@ -54,6 +54,7 @@ pub fn page(run: &SurveyedRun) -> String {
         ("day", provenance.date.clone()),
         ("place", provenance.place.clone()),
         ("sag", run.sag_told()),
+        ("tool code", run.tool_codes.join(", ")),
     ];
     let known = rows.into_iter().filter(|(_, what)| !what.is_empty());
     page.add(&table(&["", ""], known.map(|(name, what)| (false, vec![name.to_owned(), what]))));
