@@ -148,6 +148,40 @@ fn stations_without_rhyme_are_refused_as_a_contradiction() {
     assert!(report.noise_ratio > 9.0);
 }
 
+/// Stations without errors in common, only with noise: what is estimated from the others is noise, too, and a left-out
+/// station is predicted better without it.
+#[test]
+fn errors_that_are_noise_alone_are_refused_by_leaving_stations_out() {
+    let settings = MultiStationSettings { harm_deviations: 0.0, ..MultiStationSettings::default() };
+    let mut refused = 0;
+    for seed in 0..20 {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(100 + seed);
+        // Of variance 1.
+        let mut noise = || 3.464 * (uniform(&mut generator) - 0.5);
+        let mut all = MultiStation::new();
+        for k in 0..12 {
+            let attitude = [0.4 + 0.06 * k as f32, 0.5 + 0.02 * k as f32, 1.7 * k as f32];
+            let [df, db] = [settings.force_noise_m_s2, settings.field_noise_ut]
+                .map(|sigma| Vector3::from_fn(|_, _| sigma * noise()));
+            all.push(station(attitude, 30.0 * k as f32, |force, field| [force + df, field + db])).unwrap();
+        }
+        let report = all.analyse(&SurveyErrors::default(), &settings).unwrap();
+        let left_out = Decision::Refused(Refusal::PredictsWorse);
+        assert_eq!(report.azimuth == left_out, report.residual_left_out > report.residual_uncorrected);
+        if report.azimuth != left_out {
+            assert_eq!(report.azimuth, Decision::Corrected);
+            continue;
+        }
+        refused += 1;
+        assert_eq!(report.inclination, left_out);
+        // As measured, with the sigma of the priors.
+        let corrected = report.corrected(&all.stations()[5]).unwrap();
+        assert_eq!(corrected.magnetic_azimuth_rad, corrected.measured_azimuth_rad);
+        assert_eq!(corrected.inclination_rad, corrected.measured_inclination_rad);
+    }
+    assert!(refused >= 5, "{refused}");
+}
+
 #[test]
 fn what_cannot_be_used_is_handed_back_and_too_few_are_not_analysed() {
     let mut all = MultiStation::new();
