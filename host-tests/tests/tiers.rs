@@ -1,5 +1,5 @@
-//! Three sizes of the pipeline (`examples/tiers`) as images for a Cortex-M4F: what each takes, and that it flies on the
-//! emulated chip what it flies here.
+//! Three sizes of the pipeline (`examples/tiers`), and a full multi-station analysis, as images for a Cortex-M4F: what
+//! each takes, and that it does on the emulated chip what it does here.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 #[path = "rig/emulator.rs"]
@@ -11,19 +11,24 @@ use meerkat_mwd::{
     compensation::effects::LIBRARY,
     estimator::Estimator,
     probe::AttitudeProbe,
-    survey::{Surveyor, Surveys},
+    survey::{
+        Surveyor, Surveys,
+        multi_station::{Decision, MAX_STATIONS, MultiStation},
+    },
 };
 use mwd::{
     simulate::{Scenario, simulate},
+    surveys::simulated_run::Run,
     target::{
+        call_costs::count_function,
         deadline,
         image::Image,
         toolchain::{Toolchain, workspace},
     },
     trace::{Trace, recordings},
 };
-use std::{fs, process::Command, time::Duration};
-use tiers::{Attitude, Digest, Full, FullProbe, Identify, Tier, by_hand, pack};
+use std::{fs, path::Path, process::Command, time::Duration};
+use tiers::{Attitude, Digest, Full, FullProbe, Identify, Tier, analysed_run, by_hand, digest_of, pack, pack_station};
 
 const BUILD: Duration = Duration::from_secs(600);
 const RUN: Duration = Duration::from_secs(300);
@@ -43,6 +48,10 @@ const LIMITS: [Limits; 3] = [
     Limits { tier: "identify", ram: 39 * 1024, stack: 10 * 1024, flash: 171 * 1024 },
     Limits { tier: "full", ram: 60 * 1024, stack: 12 * 1024, flash: 237 * 1024 },
 ];
+
+/// What the multi-station analysis takes today, and a tenth: stack, bytes, and cycles.
+const MOST_STACK: u32 = 12_540;
+const MOST_CYCLES: u64 = 30_100_000;
 
 /// RAM of the parts for 150 to 200 degC.
 const SMALL_PART: u64 = 64 * 1024;
@@ -71,24 +80,35 @@ fn here(tier: &str, period_us: u32, samples: &[Sample]) -> (u32, u32) {
 }
 
 /// Samples, digest, results and stack of an image's run, as it prints them.
-fn run(toolchain: &Toolchain, elf: &std::path::Path, samples: &[u8]) -> [u32; 4] {
+fn run(toolchain: &Toolchain, elf: &Path, samples: &[u8]) -> [u32; 4] {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("samples.bin"), samples).unwrap();
     let mut qemu = Command::new(&toolchain.qemu);
-    qemu.current_dir(directory.path()).args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none"]);
-    qemu.args(["-serial", "none", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(elf);
-    let printed = deadline::run(&mut qemu, RUN).unwrap_or_else(|error| panic!("{error}"));
+    on_the_board(&mut qemu, elf).current_dir(directory.path());
+    numbers(&deadline::run(&mut qemu, RUN).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn on_the_board<'a>(qemu: &'a mut Command, elf: &Path) -> &'a mut Command {
+    qemu.args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none"]);
+    qemu.args(["-serial", "none", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(elf)
+}
+
+fn numbers(printed: &str) -> [u32; 4] {
     let numbers: Vec<u32> = printed.split_whitespace().map(|number| number.parse().unwrap()).collect();
     numbers.try_into().unwrap()
+}
+
+fn build(toolchain: &Toolchain) {
+    // For size: these are for parts with little memory.
+    let mut build = toolchain.cargo_build();
+    build.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "s").args(["-p", "tiers"]);
+    deadline::run(&mut build, BUILD).unwrap_or_else(|error| panic!("{error}"));
 }
 
 #[test]
 fn each_tier_fits_and_flies_the_same_on_the_chip() {
     let Some(toolchain) = emulator::toolchain() else { return };
-    // For size: these are for parts with little memory.
-    let mut build = toolchain.cargo_build();
-    build.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "s").args(["-p", "tiers"]);
-    deadline::run(&mut build, BUILD).unwrap_or_else(|error| panic!("{error}"));
+    build(&toolchain);
     let (period_us, samples) = recording();
     let mut file = period_us.to_le_bytes().to_vec();
     file.extend(samples.iter().flat_map(pack));
@@ -105,6 +125,40 @@ fn each_tier_fits_and_flies_the_same_on_the_chip() {
         assert!(statics + u64::from(used) <= SMALL_PART, "{tier} does not run on 64 KiB");
         assert!(statics <= ram && u64::from(used) <= stack && size.flash_bytes <= flash, "{tier} has grown");
     }
+}
+
+/// As many stations as an analysis holds, with a string that magnetises and a disturbed station, so that every part of
+/// the analysis runs: a station left out, a prior widened, both decisions.
+#[test]
+fn a_full_multi_station_analysis_on_the_chip_says_what_it_says_here() {
+    let Some(toolchain) = emulator::toolchain() else { return };
+    build(&toolchain);
+    let drawn = Run { stations: MAX_STATIONS, ..Run::default() }.drawn(7);
+    let mut stations = MultiStation::new();
+    for (k, truth) in drawn.stations.iter().enumerate() {
+        let mut station = truth.station;
+        station.field_ut[2] += 1.5 * k as f32 / (MAX_STATIONS - 1) as f32;
+        station.field_ut[0] += if k == 20 { 3.0 } else { 0.0 };
+        stations.push(station).unwrap();
+    }
+    let report = analysed_run(&stations).unwrap();
+    assert!(report.left_out == 1 << 20 && report.azimuth == Decision::Corrected && report.axial_field_grows());
+
+    let directory = tempfile::tempdir().unwrap();
+    let file: Vec<u8> = stations.stations().iter().flat_map(pack_station).collect();
+    fs::write(directory.path().join("stations.bin"), file).unwrap();
+    let path = toolchain.built("stations");
+    let elf = fs::read(&path).unwrap();
+    let mut qemu = Command::new(&toolchain.qemu);
+    on_the_board(&mut qemu, &path);
+    let name = ["12analysed_run17h"];
+    let (printed, calls) = count_function(&toolchain, &mut qemu, &elf, &name, directory.path()).unwrap();
+    let [number, digest, counted, stack] = numbers(&printed);
+    let millions = calls.sum.cycles as f64 * 1e-6;
+    println!("{number} stations: {millions:.1} million cycles, {stack} bytes of stack");
+    assert_eq!((number as usize, digest), (MAX_STATIONS, digest_of(&report, stations.stations())));
+    assert_eq!((counted as usize, calls.count), (report.counted, 1));
+    assert!(stack <= MOST_STACK && calls.sum.cycles < MOST_CYCLES, "{stack} {calls:?}");
 }
 
 /// The effects that the columns of the largest tier hold, in the library's order, the likelier first. The steps of the

@@ -1,9 +1,10 @@
 //! The chip's side: reset, and the run of a tier over the samples of a file, by semihosting.
 
-use crate::{Digest, RECORD, Tier, by_hand, unpack};
+use crate::{Digest, RECORD, STATION, Tier, analysed_run, by_hand, digest_of, unpack, unpack_station};
 // Its critical section, where a processor has no atomic exchange.
 #[cfg(target_arch = "arm")]
 use cortex_m as _;
+use meerkat_mwd::survey::multi_station::MultiStation;
 use semihosting::{eprintln, fs::File, io::Read, println, process};
 
 /// What a word of unused stack holds.
@@ -122,6 +123,21 @@ pub fn run(tier: &mut impl Tier) -> ! {
         number += 1;
     }
     println!("{number} {} {} {}", digest.number(), tier.results(), stack_used());
+    process::exit(0)
+}
+
+/// Analyses the stations of `stations.bin`, and says how many count, a digest, and the stack.
+pub fn run_stations(stations: &mut MultiStation) -> ! {
+    let Ok(mut file) = File::open(c"stations.bin") else { fail("stations.bin cannot be opened") };
+    let mut record = [0; STATION];
+    while fill(&mut file, &mut record) {
+        if stations.push(unpack_station(&record)).is_err() {
+            fail("a station cannot be used");
+        }
+    }
+    let Some(report) = analysed_run(stations) else { fail("no analysis") };
+    let digest = digest_of(&report, stations.stations());
+    println!("{} {digest} {} {}", stations.stations().len(), report.counted, stack_used());
     process::exit(0)
 }
 

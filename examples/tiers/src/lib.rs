@@ -1,5 +1,5 @@
-//! Three sizes of the pipeline, and what their images share: start of the chip, samples from a file, a digest of all
-//! outputs, the stack that was used.
+//! Three sizes of the pipeline, and a run's stations corrected together; and what their images share: start of the chip,
+//! samples from a file, a digest of all outputs, the stack that was used.
 #![cfg_attr(target_os = "none", no_std)]
 
 mod attitude;
@@ -7,12 +7,14 @@ mod attitude;
 mod chip;
 mod full;
 mod identify;
+mod stations;
 
 pub use attitude::Attitude;
 #[cfg(target_os = "none")]
-pub use chip::run;
+pub use chip::{run, run_stations};
 pub use full::{COLUMNS, Full, FullProbe};
 pub use identify::{Identify, Small};
+pub use stations::{STATION, analysed_run, digest_of, pack_station, unpack_station};
 
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Motion, probe::Output};
 

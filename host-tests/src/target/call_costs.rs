@@ -157,6 +157,29 @@ pub fn count_calls(config: &Config, samples: &[Sample]) -> Result<CallCosts, Emu
     parse(&counts).ok_or(EmulateError::Counts(counts))
 }
 
+/// Runs a program in the emulator `qemu`, which the caller has told all but the plugin, in a directory, and counts the
+/// calls of the function whose mangled name has all of these strings. Returns with them what the program printed.
+///
+/// # Errors
+/// The program has no such function or does not end; a plugin that does not build.
+pub fn count_function(
+    toolchain: &Toolchain,
+    qemu: &mut Command,
+    elf: &[u8],
+    name: &[&str],
+    directory: &Path,
+) -> Result<(String, Calls), EmulateError> {
+    let file = |what| move |source| EmulateError::File { what, source };
+    let address = *Image::parse(elf)?.functions(name).first().ok_or_else(|| EmulateError::NoCall(name.concat()))?;
+    build_plugin(toolchain, directory)?;
+    let plugin = format!("{},call0={address:x}", directory.join(LIBRARY).display());
+    qemu.current_dir(directory).args(["-plugin", &plugin]);
+    let printed = deadline::run(qemu, RUN * 4).map_err(EmulateError::Run)?;
+    let counts = fs::read_to_string(directory.join("costs.txt")).map_err(file("the plugin wrote no counts"))?;
+    let calls = counts.lines().next().and_then(calls).ok_or(EmulateError::Counts(counts))?;
+    Ok((printed, calls))
+}
+
 fn build_plugin(toolchain: &Toolchain, directory: &Path) -> Result<(), EmulateError> {
     let source = directory.join("call_costs.c");
     fs::write(&source, PLUGIN).map_err(|source| EmulateError::File { what: "the plugin cannot be written", source })?;
@@ -198,18 +221,22 @@ fn entries(elf: &[u8]) -> Result<String, EmulateError> {
 fn parse(counts: &str) -> Option<CallCosts> {
     let mut all = [Calls::default(); CALLS.len()];
     let mut lines = counts.lines();
-    for calls in &mut all {
-        let mut numbers = lines.next()?.split(' ').map(str::parse::<u64>);
-        let mut next = || numbers.next()?.ok();
-        *calls = Calls {
-            count: next()?,
-            sum: cost(&mut next)?,
-            most: cost(&mut next)?,
-            periods: next()?,
-            most_of_period: cost(&mut next)?,
-        };
+    for of_kind in &mut all {
+        *of_kind = calls(lines.next()?)?;
     }
     lines.next().is_none().then_some(CallCosts(all))
+}
+
+fn calls(line: &str) -> Option<Calls> {
+    let mut numbers = line.split(' ').map(str::parse::<u64>);
+    let mut next = || numbers.next()?.ok();
+    Some(Calls {
+        count: next()?,
+        sum: cost(&mut next)?,
+        most: cost(&mut next)?,
+        periods: next()?,
+        most_of_period: cost(&mut next)?,
+    })
 }
 
 fn cost(next: &mut impl FnMut() -> Option<u64>) -> Option<Cost> {
