@@ -60,7 +60,7 @@ fn model(well: &Well, axial: impl Fn(&Direction) -> bool) -> Vec<ModelStation> {
 /// Covariance in the last six cells of a table's row.
 fn covariance(cells: &[&str]) -> Matrix3<f64> {
     let x: Vec<f64> = cells.iter().map(|cell| cell.parse().unwrap()).collect();
-    let [nn, ee, vv, ne, nv, ev] = x[..] else { panic!("six numbers") };
+    let [nn, ee, vv, ne, nv, ev]: [f64; 6] = x.try_into().unwrap();
     Matrix3::new(nn, ne, nv, ne, ee, ev, nv, ev, vv)
 }
 
