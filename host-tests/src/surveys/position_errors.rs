@@ -8,30 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{
     path::Direction,
-    term_weights::{At, Weights},
+    term_weights::{At, ModelStation, Weights},
     tool_codes::{Propagation, Term},
 };
-
-/// A station as the error model sees it. Stations at one depth count as one: each place comes once.
-#[derive(Clone, Copy, Debug)]
-pub struct ModelStation {
-    /// Depth and direction, azimuth from the north that positions count from.
-    pub direction: Direction,
-    /// True vertical depth, metres.
-    pub tvd_m: f64,
-    /// Azimuth from magnetic north, radians.
-    pub magnetic_azimuth_rad: f64,
-    /// Azimuth from true north, radians.
-    pub true_azimuth_rad: f64,
-    /// Reference's total field, microtesla.
-    pub field_ut: f64,
-    /// Dip, radians.
-    pub dip_rad: f64,
-    /// Gravity, m/s^2.
-    pub gravity_m_s2: f64,
-    /// True where the azimuth has the short-collar correction.
-    pub axial: bool,
-}
 
 /// Covariances of the stations' positions, north, east and down, m^2, by all terms together. A first station at depth
 /// zero has the error of its depth; one further down is the start, and has none.

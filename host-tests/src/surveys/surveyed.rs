@@ -2,25 +2,25 @@
 
 use libm::remainder;
 use meerkat_mwd::survey::{
-    AxialCorrection, Uncertain,
-    multi_station::{
-        CorrectedStation, Decision, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference,
-    },
+    AxialCorrection,
+    multi_station::{Decision, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference},
 };
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
+    chosen::{AXIAL, chosen},
     path::{Direction, minimum_curvature},
-    placed,
+    placed::{Placed, Shot, placed},
+    position_errors::horizontal_ellipse,
     reference::{Provenance, Reference, ReferenceAt},
+    run_code::{terms, tool_code},
     settings::{Correction, RunSettings},
     stations_csv::{Measured, ReadStation},
+    term_weights::ModelStation,
 };
 use crate::failure::Failure;
 
-/// What a station says that has the short-collar correction.
-pub(super) const AXIAL: &str = "axial";
 /// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
 const FALL_M: f64 = 0.01;
 
@@ -167,11 +167,21 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
             directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
-    placed::agree(&mut stations);
-    let last_azimuth = stations.last().map_or(0.0, |last| last.azimuth_deg);
+    let sag = settings.sag.is_some() || stations.iter().any(|station| station.sag_deg != 0.0);
+    let multi_station = report.as_ref().is_some_and(|report| report.azimuth == Decision::Corrected);
+    let (code, without) = tool_code(settings, sag, multi_station);
+    warnings.extend(without);
+    for station in &mut stations {
+        station.tool_code = code.name(station.corrected == AXIAL);
+    }
+    let shots: Vec<Shot> = stations.iter().map(shot).collect();
+    let start = start(settings, shots.first().map(|first| &first.station.direction));
+    let places = placed(&shots, start, &terms(code, settings)?);
+    let last_azimuth = places.last().map_or(0.0, |last| turn(last.direction.azimuth_rad.to_degrees()));
     let vertical_section_deg = settings.vertical_section_deg.unwrap_or(last_azimuth);
-    let code = placed::tool_code(&mut stations, settings, report.as_ref(), &mut warnings);
-    placed::place_all(&mut stations, settings, &placed::terms(code, settings)?, vertical_section_deg);
+    for (station, place) in stations.iter_mut().zip(&places) {
+        put(station, place, vertical_section_deg);
+    }
     let mut tool_codes: Vec<String> = stations.iter().map(|station| station.tool_code.clone()).collect();
     tool_codes.sort();
     tool_codes.dedup();
@@ -262,7 +272,7 @@ fn analysed(
 }
 
 /// Position of the first station.
-pub(super) fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
+fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
     let below = [0.0, 0.0, first.map_or(0.0, |first| first.md_m)];
     Vector3::from(settings.start_m.unwrap_or(below))
 }
@@ -345,41 +355,39 @@ fn directed(
     }
 }
 
-/// An angle, radians, with a standard deviation where one is known.
-struct Angle {
-    value: f64,
-    sigma: Option<f64>,
+/// A station as its place and the error model need it.
+fn shot(station: &SurveyedStation) -> Shot {
+    let direction = Direction {
+        md_m: station.md_m,
+        inclination_rad: station.inclination_deg.to_radians(),
+        azimuth_rad: station.azimuth_deg.to_radians(),
+    };
+    let reference = station.reference;
+    let station_here = ModelStation {
+        direction,
+        tvd_m: 0.0,
+        magnetic_azimuth_rad: station.magnetic_azimuth_deg.to_radians(),
+        true_azimuth_rad: (station.magnetic_azimuth_deg + reference.declination_deg).to_radians(),
+        field_ut: reference.field_ut,
+        dip_rad: reference.dip_deg.to_radians(),
+        gravity_m_s2: reference.gravity_m_s2,
+        axial: station.corrected == AXIAL,
+    };
+    Shot { station: station_here, doubted: station.doubted }
 }
 
-impl From<Uncertain> for Angle {
-    fn from(x: Uncertain) -> Self {
-        Self { value: x.value.into(), sigma: Some(x.sigma.into()) }
-    }
-}
-
-/// Inclination and azimuth that are believed, and how the azimuth was corrected.
-fn chosen(
-    settings: &RunSettings,
-    measured: [f64; 2],
-    corrected: Option<CorrectedStation>,
-    axial: Option<AxialCorrection>,
-    report: Option<&MultiStationReport>,
-) -> (Angle, Angle, &'static str) {
-    let plain = |value| Angle { value, sigma: None };
-    match (corrected, axial) {
-        (Some(corrected), _) => {
-            let how = match report.map(|report| report.azimuth) {
-                Some(Decision::Corrected) => "multi-station",
-                _ => "no",
-            };
-            (corrected.inclination_rad.into(), corrected.magnetic_azimuth_rad.into(), how)
-        }
-        (None, Some(axial)) if settings.correction == Correction::Axial && !axial.no_go => {
-            (plain(measured[0]), axial.magnetic_azimuth_rad.into(), AXIAL)
-        }
-        (None, Some(axial)) => (plain(measured[0]), axial.measured_azimuth_rad.into(), "no"),
-        (None, None) => (plain(measured[0]), plain(measured[1]), "no"),
-    }
+/// Puts a station at its place, with the direction that the hole has there.
+fn put(station: &mut SurveyedStation, place: &Placed, vertical_section_deg: f64) {
+    let azimuth_deg = place.direction.azimuth_rad.to_degrees();
+    station.inclination_deg = place.direction.inclination_rad.to_degrees();
+    station.magnetic_azimuth_deg = turn(station.magnetic_azimuth_deg + azimuth_deg - station.azimuth_deg);
+    station.azimuth_deg = turn(azimuth_deg);
+    station.position_m = place.point.position_m.into();
+    station.dogleg_deg_30m = place.point.dogleg_rad_30m.to_degrees();
+    station.vertical_section_m = place.point.vertical_section_m(vertical_section_deg.to_radians());
+    station.covariance_m2 = place.covariance.transpose().into();
+    let ([major, minor], azimuth) = horizontal_ellipse(&place.covariance);
+    station.ellipse = [major, minor, azimuth.to_degrees()];
 }
 
 fn told(report: &MultiStationReport) -> Analysis {
@@ -404,7 +412,7 @@ fn told(report: &MultiStationReport) -> Analysis {
 }
 
 /// Degrees within 0 to 360.
-pub(super) fn turn(degrees: f64) -> f64 {
+fn turn(degrees: f64) -> f64 {
     let within = remainder(degrees, 360.0);
     if within < 0.0 { within + 360.0 } else { within }
 }

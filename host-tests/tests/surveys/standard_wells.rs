@@ -4,7 +4,8 @@
 use meerkat_mwd::config::SurveyErrors;
 use mwd::surveys::{
     path::{Direction, minimum_curvature},
-    position_errors::{ModelStation, covariances, horizontal_ellipse},
+    position_errors::{covariances, horizontal_ellipse},
+    term_weights::ModelStation,
     tool_codes::{FieldClass, ToolCode},
 };
 use nalgebra::{Matrix3, Vector3};
