@@ -167,9 +167,8 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
             directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
-    let sag = settings.sag.is_some() || stations.iter().any(|station| station.sag_deg != 0.0);
     let multi_station = report.as_ref().is_some_and(|report| report.azimuth == Decision::Corrected);
-    let (code, without) = tool_code(settings, sag, multi_station);
+    let (code, without) = tool_code(settings, sag.is_some(), multi_station);
     warnings.extend(without);
     for station in &mut stations {
         station.tool_code = code.name(station.corrected == AXIAL);
