@@ -1,10 +1,12 @@
 //! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
 
+mod chosen;
 pub mod files;
 pub mod path;
 mod placed;
 pub mod position_errors;
 pub mod reference;
+mod run_code;
 pub mod sag;
 pub mod settings;
 pub mod simulated_run;

@@ -5,7 +5,28 @@
 
 use libm::{cos, sin, tan};
 
-use super::position_errors::ModelStation;
+use super::path::Direction;
+
+/// A station as the error model sees it. Stations at one depth count as one: each place comes once.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelStation {
+    /// Depth and direction, azimuth from the north that positions count from.
+    pub direction: Direction,
+    /// True vertical depth, metres.
+    pub tvd_m: f64,
+    /// Azimuth from magnetic north, radians.
+    pub magnetic_azimuth_rad: f64,
+    /// Azimuth from true north, radians.
+    pub true_azimuth_rad: f64,
+    /// Reference's total field, microtesla.
+    pub field_ut: f64,
+    /// Dip, radians.
+    pub dip_rad: f64,
+    /// Gravity, m/s^2.
+    pub gravity_m_s2: f64,
+    /// True where the azimuth has the short-collar correction.
+    pub axial: bool,
+}
 
 /// Change of depth, inclination, and azimuth times sin(I).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
