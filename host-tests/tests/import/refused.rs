@@ -109,7 +109,7 @@ fn a_clock_that_cannot_be_is_refused_with_what_to_look_at() {
         let is_it = |finding: &&mwd::import::Finding| {
             finding.told.contains(told) && finding.fix.as_deref().is_some_and(|text| text.contains(fix))
         };
-        assert!(import.is_wrong() && wrong.iter().any(|finding| is_it(finding)), "{number}: {:#?}", import.findings);
+        assert!(import.is_wrong() && wrong.iter().any(is_it), "{number}: {:#?}", import.findings);
     }
 }
 
@@ -153,12 +153,17 @@ fn drilled(seed: u64) -> Trace {
     Trace { keys: Keys { gyro_full_scale_rad_s: None, accel_full_scale_m_s2: None, ..trace.keys }, ..trace }
 }
 
+/// The larger of a size and a reading's.
+fn larger(most: f32, reading: f32) -> f32 {
+    if reading.abs() > most { reading.abs() } else { most }
+}
+
 /// Cuts readings off at the end of a range, and returns how many samples that changed.
 fn clipped(trace: &mut Trace, of: fn(&mut Sample) -> &mut [f32; 3], end: f32) -> usize {
     let clip = |sample: &mut Sample| {
         let reading = of(sample);
         let before = *reading;
-        *reading = reading.map(|x| x.clamp(-end, end));
+        *reading = reading.map(|x| if x.abs() > end { end.copysign(x) } else { x });
         *reading != before
     };
     trace.samples.iter_mut().map(clip).filter(|is_clipped| *is_clipped).count()
@@ -175,7 +180,7 @@ fn saturation_is_told_wherever_the_range_ends() {
         assert_eq!(saturated(&folder, &drilled), None, "{seed}");
         let largest = |of: fn(&mut Sample) -> &mut [f32; 3]| {
             let mut samples = drilled.samples.clone();
-            samples.iter_mut().flat_map(|sample| *of(sample)).fold(0.0_f32, |most, x| most.max(x.abs()))
+            samples.iter_mut().flat_map(|sample| *of(sample)).fold(0.0_f32, larger)
         };
         // An end below the usual rate, at four fifths of the peak, and where few samples reach it.
         for (of, end) in [(gyro, 1.0), (gyro, 0.8 * largest(gyro)), (accel, 0.8 * largest(accel)), (accel, 15.0)] {
@@ -194,11 +199,8 @@ fn saturation_is_told_wherever_the_range_ends() {
     }
     // Readings of a hand at an end that 56 samples reach.
     let mut trace = original().clone();
-    let mut sizes: Vec<f32> = trace
-        .samples
-        .iter()
-        .map(|sample| sample.accel_m_s2.iter().fold(0.0, |most: f32, x| most.max(x.abs())))
-        .collect();
+    let mut sizes: Vec<f32> =
+        trace.samples.iter().map(|sample| sample.accel_m_s2.into_iter().fold(0.0, larger)).collect();
     sizes.sort_unstable_by(f32::total_cmp);
     let end = sizes[sizes.len() - 57];
     let reach_it = sizes.iter().filter(|size| **size >= end).count();
