@@ -123,7 +123,9 @@ fn header(
     let mut above: Option<Vec<String>> = None;
     for _ in 0..LOOKED_AT {
         let Some((_, next)) = rows.peek() else { break };
-        let is_data = next.len() > 2 && 2 * values(next) > next.len();
+        let (numbers, filled) = (values(next), next.iter().filter(|cell| !cell.is_empty()).count());
+        // Columns of sensors that are not there, or read seldom, may be empty.
+        let is_data = next.len() > 2 && (2 * numbers > next.len() || (numbers > 2 && 2 * numbers > filled));
         if is_data {
             // With a separator at the end of each line the last cell is none; else it is one without a value.
             let is_named = above.as_ref().is_some_and(|names| names.len() == next.len() && !ends_empty(names));
@@ -234,6 +236,13 @@ mod tests {
             read("t,x,y\n1,2,3\n1,2\n1,2,3\n", "log", dialect("t,x,y\n1,2,3\n")).unwrap_err(),
             "line 3: 2 cells where the header row has 3"
         );
+    }
+
+    #[test]
+    fn a_row_may_have_more_empty_cells_than_numbers() {
+        let text = "t,x,y,mx,my,mz,temp\n1,2,3,,,,\n2,3,4,,,,\n";
+        let table = read(text, "log", dialect(text)).unwrap();
+        assert_eq!((table.columns.len(), table.columns[2].values.clone()), (7, vec![3.0, 4.0]));
     }
 
     #[test]

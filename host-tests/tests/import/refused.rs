@@ -153,6 +153,11 @@ fn drilled(seed: u64) -> Trace {
     Trace { keys: Keys { gyro_full_scale_rad_s: None, accel_full_scale_m_s2: None, ..trace.keys }, ..trace }
 }
 
+/// The larger of a size and a reading's.
+fn larger(most: f32, reading: f32) -> f32 {
+    if reading.abs() > most { reading.abs() } else { most }
+}
+
 /// Cuts readings off at the end of a range, and returns how many samples that changed.
 fn clipped(trace: &mut Trace, of: fn(&mut Sample) -> &mut [f32; 3], end: f32) -> usize {
     let clip = |sample: &mut Sample| {
@@ -175,12 +180,7 @@ fn saturation_is_told_wherever_the_range_ends() {
         assert_eq!(saturated(&folder, &drilled), None, "{seed}");
         let largest = |of: fn(&mut Sample) -> &mut [f32; 3]| {
             let mut samples = drilled.samples.clone();
-            samples
-                .iter_mut()
-                .flat_map(|sample| *of(sample))
-                .map(f32::abs)
-                .reduce(|most, x| if x > most { x } else { most })
-                .unwrap_or_default()
+            samples.iter_mut().flat_map(|sample| *of(sample)).fold(0.0_f32, larger)
         };
         // An end below the usual rate, at four fifths of the peak, and where few samples reach it.
         for (of, end) in [(gyro, 1.0), (gyro, 0.8 * largest(gyro)), (accel, 0.8 * largest(accel)), (accel, 15.0)] {
@@ -199,11 +199,8 @@ fn saturation_is_told_wherever_the_range_ends() {
     }
     // Readings of a hand at an end that 56 samples reach.
     let mut trace = original().clone();
-    let mut sizes: Vec<f32> = trace
-        .samples
-        .iter()
-        .map(|sample| sample.accel_m_s2.iter().fold(0.0, |most: f32, x| most.max(x.abs())))
-        .collect();
+    let mut sizes: Vec<f32> =
+        trace.samples.iter().map(|sample| sample.accel_m_s2.into_iter().fold(0.0, larger)).collect();
     sizes.sort_unstable_by(f32::total_cmp);
     let end = sizes[sizes.len() - 57];
     let reach_it = sizes.iter().filter(|size| **size >= end).count();
