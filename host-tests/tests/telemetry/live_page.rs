@@ -59,7 +59,9 @@ fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
     let inclination = loop {
         let answer = ask("/state", &address);
         let body: serde_json::Value = serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap();
-        let is_last = (body["t_s"].as_f64().unwrap() - samples.last().unwrap().t_us as f64 * 1e-6).abs() < 0.5;
+        let end_s = samples.last().unwrap().t_us as f64 * 1e-6;
+        // Before the first frame there is no time.
+        let is_last = body["t_s"].as_f64().is_some_and(|t_s| (t_s - end_s).abs() < 0.5);
         if is_last || Instant::now() > until {
             let head = body["head"].as_str().unwrap();
             let value = head.split("<dd>").nth(1).unwrap().split('°').next().unwrap().to_owned();

@@ -18,7 +18,7 @@ pub(super) fn of_a_flight(told: &Told) -> String {
     }
     reasons.extend(plain_words::gain(told.diagnosed, told.reference));
     reasons.extend(plain_words::remainder(told.diagnosed));
-    head(told, "Flight", &verdict, &reasons) + &tiles(told, AT_THE_END)
+    head(told, "Flight", &verdict, &reasons)
 }
 
 /// First screen of a diagnosis' page.
@@ -29,7 +29,7 @@ pub(super) fn of_a_diagnosis(told: &Told) -> String {
     reasons.extend(plain_words::gain(diagnosed, told.reference));
     reasons.extend(plain_words::remainder(diagnosed));
     reasons.push(plain_words::gyro(told.config, told.flight));
-    head(told, "Diagnosis", &verdict, &reasons) + &tiles(told, AT_THE_END)
+    head(told, "Diagnosis", &verdict, &reasons)
 }
 
 fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &[String]) -> String {
@@ -40,6 +40,8 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
         "<div class=\"verdict {class}\">\n<p class=\"sentence\">{}</p>\n",
         escape(&sentence(&verdict.sentence))
     );
+    // Before the reasons, so that a phone's first screen has it.
+    out += &tiles(told, "Attitude at the end of the recording, ± one standard deviation.");
     let items: String = reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&sentence(reason)))).collect();
     if !items.is_empty() {
         out += &format!("<ul>\n{items}</ul>\n");
@@ -57,9 +59,6 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
     );
     out + &format!("<p class=\"trace\">{}</p>\n", escape(&about))
 }
-
-/// What the tiles of a recording show.
-const AT_THE_END: &str = "Attitude at the end of the recording, ± one standard deviation.";
 
 /// The last attitude, with its deviations; `about` says when that is.
 pub(super) fn tiles(told: &Told, about: &str) -> String {

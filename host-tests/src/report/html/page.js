@@ -3,95 +3,10 @@
 "use strict";
 const root = document.documentElement;
 root.classList.add("scripted");
-const bytes = text => Uint8Array.from(atob(text), letter => letter.charCodeAt(0)).buffer;
 // Data of the page, the whole span and the part that is shown, and the plots; `load` sets them.
 let page, whole, shown, times;
 const plots = [];
-const timesOf = text => Float64Array.from(new Int32Array(bytes(text)), t => page.span[0] + t * 1e-4);
-const unpackedTimes = k => times[k] ||= timesOf(page.times[k]);
-
-// Values of a series; no value is NaN.
-const unpacked = ([middle, step, text]) =>
-  Float64Array.from(new Int16Array(bytes(text)), n => n === -32768 ? NaN : middle + step * n);
-
-// Times of a thinned line: a quarter and three quarters of each stretch.
-const even = count => Float64Array.from({ length: count }, (_, k) =>
-  page.span[0] + (page.span[1] - page.span[0]) * ((k >> 1) + (k & 1 ? 0.75 : 0.25)) / (count / 2));
-
-// A line as times, values and deviations; wherever it is broken there is a value that is NaN.
-function line(series, isAngle) {
-  const y = unpacked(series.y), s = series.s && unpacked(series.s);
-  const isEven = series.t === null;
-  const x = isEven ? even(y.length) : unpackedTimes(series.t);
-  const out = [[], [], []];
-  const put = (t, value, sigma) => { out[0].push(t); out[1].push(value); out[2].push(sigma); };
-  let last = -1;
-  for (let k = 0; k < y.length; k++) {
-    if (Number.isNaN(y[k])) {
-      if (isEven || last === k - 1) put(x[k], NaN, 0);
-      continue;
-    }
-    if (last >= 0) {
-      const wraps = isAngle && Math.abs(y[k] - y[last]) > 180 && !(isEven && (k & 1));
-      if (wraps || x[k] - x[last] > series.bridged) put((x[k] + x[last]) / 2, NaN, 0);
-    }
-    put(x[k], y[k], s ? s[k] : 0);
-    last = k;
-  }
-  const [t, values, sigmas] = out.map(column => Float64Array.from(column));
-  return { x: t, y: values, s: sigmas };
-}
-
-// First place whose time is not before t.
-function from(x, t) {
-  let low = 0, high = x.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (x[middle] < t) low = middle + 1; else high = middle;
-  }
-  return low;
-}
-
-// What a line shows of a span of time, as times, values, deviations and the places of the least and the largest value of
-// their column, for uPlot: of each column of pixels these two in their order. Columns begin at multiples of their width,
-// so that they stay when the span moves.
-function thinned({ x, y, s }, { min, max }, columns) {
-  let k = Math.max(0, from(x, min) - 1);
-  const end = Math.min(x.length, from(x, max) + 1);
-  const out = { x: [], y: [], s: [], edges: [], isDense: end - k > 2 * columns };
-  const put = (t, i, edges) => {
-    out.x.push(t);
-    out.y.push(i < 0 ? null : y[i]);
-    out.s.push(i < 0 ? null : s[i]);
-    out.edges.push(i < 0 ? null : edges);
-  };
-  if (!out.isDense) {
-    for (; k < end; k++) put(x[k], Number.isNaN(y[k]) ? -1 : k, [y[k], y[k]]);
-    return out;
-  }
-  const width = (max - min) / columns;
-  while (k < end) {
-    const column = Math.floor(x[k] / width);
-    let low = -1, high = -1, isBroken = false, isBrokenAfter = false;
-    for (; k < end && x[k] < (column + 1) * width; k++) {
-      if (Number.isNaN(y[k])) {
-        if (low < 0) isBroken = true;
-        isBrokenAfter = true;
-        continue;
-      }
-      isBrokenAfter = false;
-      if (low < 0 || y[k] < y[low]) low = k;
-      if (high < 0 || y[k] > y[high]) high = k;
-    }
-    if (isBroken) put(column * width, -1);
-    if (low < 0) continue;
-    const edges = [y[low], y[high]];
-    put((column + 0.25) * width, Math.min(low, high), edges);
-    put((column + 0.75) * width, Math.max(low, high), edges);
-    if (isBrokenAfter) put((column + 0.9) * width, -1);
-  }
-  return out;
-}
+const timesAt = k => times[k] ||= lines.timesOf(page.times[k], page.span[0]);
 
 const palette = {};
 const colour = name => palette[name] ||= getComputedStyle(root).getPropertyValue(name).trim();
@@ -112,12 +27,12 @@ const placeRead = x => page.over === "date" ? place(x) : digits(x) + " " + page.
 // bands. The range of its axis goes with it.
 function viewed(plot) {
   const { chart } = plot;
-  plot.lines ||= chart.series.map(series => line(series, chart.angle));
+  plot.lines ||= chart.series.map(one => lines.line(one, chart.angle, one.t === null ? null : timesAt(one.t), page.span));
   const columns = Math.max(50, plot.place.clientWidth - 70);
-  const seen = plot.lines.map(one => thinned(one, shown, columns));
+  const seen = plot.lines.map(one => lines.thinned(one, shown, columns));
   plot.range = rangeOf(chart, seen);
-  // Lines of one pixel are drawn ten times as fast as wider ones.
-  plot.wide = seen.some(one => one.isDense) ? 1 : 1.5;
+  // Lines of one pixel are drawn ten times as fast as wider ones, which look better where points are few.
+  plot.wide = seen.some(one => one.x.length > 300) ? 1 : 1.5;
   const tables = seen.map(({ x, y, s, edges }, k) => {
     const table = [x, y];
     if (hasBands(chart.series[k])) {
@@ -278,7 +193,7 @@ function read(plot, t) {
     let text = "";
     if (t !== null && chart.series[k]) {
       const { x, y, s } = plot.lines[k];
-      let i = near(x, t);
+      let i = lines.near(x, t);
       if (i >= 0 && Number.isNaN(y[i])) i = y[i + 1] >= -Infinity ? i + 1 : y[i - 1] >= -Infinity ? i - 1 : -1;
       if (i >= 0 && Math.abs(x[i] - t) <= Math.max(chart.series[k].bridged, (shown.max - shown.min) / 50)) {
         text = " " + digits(y[i]) + (chart.series[k].s ? " ± " + digits(s[i]) : "") + " " + chart.unit;
@@ -289,17 +204,6 @@ function read(plot, t) {
   const there = t === null ? [] : chart.marks.filter(([from, to]) => t >= from && t <= to).map(mark => mark[2]);
   figure.querySelector(".note").textContent =
     t === null ? "" : placeRead(t) + (there.length ? ": " + there.join("; ") : "");
-}
-
-// Place of the time that is nearest.
-function near(x, t) {
-  let low = 0, high = x.length - 1;
-  if (high < 0) return -1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (x[middle] < t) low = middle; else high = middle;
-  }
-  return Math.abs(x[low] - t) <= Math.abs(x[high] - t) ? low : high;
 }
 
 // Shows a span of time in every plot, with the next frame: at once where it can be seen, else when it comes into view.
@@ -327,10 +231,10 @@ function drawSeen() {
 function turns() {
   const turns = document.querySelector(".dial .turns");
   if (!turns || !page.dial) return;
-  page.dial.x ||= timesOf(page.dial.t);
-  page.dial.degrees ||= unpacked(page.dial.y);
+  page.dial.x ||= lines.timesOf(page.dial.t, page.span[0]);
+  page.dial.degrees ||= lines.unpacked(page.dial.y);
   const { x, degrees: y } = page.dial;
-  const points = [], first = from(x, shown.min), end = from(x, shown.max);
+  const points = [], first = lines.from(x, shown.min), end = lines.from(x, shown.max);
   const step = Math.max(1, Math.ceil((end - first) / 240));
   for (let k = end - 1; k >= first; k -= step) if (!Number.isNaN(y[k])) points.unshift([x[k], y[k]]);
   const last = points.length - 1;

@@ -147,7 +147,7 @@ impl Page {
                 "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n/* uPlot\n{}*/\n{}\n</script>\n<script>\n{}</script>\n",
                 include_str!("vendor/uplot/LICENSE"),
                 include_str!("vendor/uplot/uPlot.iife.min.js"),
-                include_str!("page.js"),
+                [include_str!("lines.js"), include_str!("page.js")].concat(),
             )
         } else {
             String::new()
