@@ -271,7 +271,7 @@ fn analysed(
 }
 
 /// Position of the first station.
-pub(super) fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
+fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
     let below = [0.0, 0.0, first.map_or(0.0, |first| first.md_m)];
     Vector3::from(settings.start_m.unwrap_or(below))
 }
@@ -411,7 +411,7 @@ fn told(report: &MultiStationReport) -> Analysis {
 }
 
 /// Degrees within 0 to 360.
-pub(super) fn turn(degrees: f64) -> f64 {
+fn turn(degrees: f64) -> f64 {
     let within = remainder(degrees, 360.0);
     if within < 0.0 { within + 360.0 } else { within }
 }
