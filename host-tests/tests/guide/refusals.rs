@@ -28,7 +28,7 @@ fn drilling() -> Trace {
 
 /// Turns two axes of a vector into each other.
 fn turn(vector: &mut [f32; 3], [from, to]: [usize; 2], angle_rad: f32) {
-    let (sine, cosine) = angle_rad.sin_cos();
+    let (sine, cosine) = libm::sincosf(angle_rad);
     let (x, y) = (vector[from], vector[to]);
     vector[from] = cosine * x - sine * y;
     vector[to] = sine * x + cosine * y;
@@ -51,12 +51,12 @@ const SPOILT: [Spoilt; 7] = [
     ("gyro_unusable", |trace| {
         let most = 1.0;
         trace.keys.gyro_full_scale_rad_s = Some(f64::from(most));
-        let clamp = |sample: &mut Sample| sample.gyro_rad_s = sample.gyro_rad_s.map(|rate| rate.clamp(-most, most));
-        trace.samples.iter_mut().for_each(clamp);
+        let clipped = |rate: f32| if rate.abs() > most { most.copysign(rate) } else { rate };
+        trace.samples.iter_mut().for_each(|sample| sample.gyro_rad_s = sample.gyro_rad_s.map(clipped));
     }),
     ("diverged", |trace| {
         for sample in &mut trace.samples {
-            let swing = (sample.t_us as f32 * 1e-6 * core::f32::consts::TAU / 1.3).sin();
+            let swing = libm::sinf(sample.t_us as f32 * 1e-6 * core::f32::consts::TAU / 1.3);
             turn(&mut sample.accel_m_s2, [0, 1], swing * 18_f32.to_radians());
         }
     }),
