@@ -155,7 +155,7 @@ fn an_input_that_names_nothing_is_told() {
     let results = folder.path().join("all.parquet");
     let output = mwd(&["batch", text(folder.path()), "-o", text(&results)]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().ends_with("the folder holds no .csv and no .csv.gz\n"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("the folder holds no .csv and no .csv.gz\n"));
     let output = mwd(&["batch", "/nowhere/*.csv", "-o", text(&results)]);
-    assert!(String::from_utf8(output.stderr).unwrap().ends_with("no file is so named\n"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("no file is so named\n"));
 }
