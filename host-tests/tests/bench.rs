@@ -141,10 +141,10 @@ fn an_unknown_section_is_a_usage_error_that_lists_the_others() {
 fn a_section_of_the_other_place_says_where_it_runs() {
     let here = mwd(&["--only", "hour", "--only", "cost"]);
     assert_eq!(here.status.code(), Some(2));
-    assert_eq!(String::from_utf8(here.stderr).unwrap().trim(), "error: --only cost: needs --target");
+    assert!(String::from_utf8(here.stderr).unwrap().starts_with("error: --only cost: needs --target\n"));
     let there = mwd(&["--target", "--only", "hour"]);
     assert_eq!(there.status.code(), Some(2));
-    assert_eq!(String::from_utf8(there.stderr).unwrap().trim(), "error: --only hour: runs without --target");
+    assert!(String::from_utf8(there.stderr).unwrap().starts_with("error: --only hour: runs without --target\n"));
 }
 
 #[test]

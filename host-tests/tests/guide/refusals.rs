@@ -51,10 +51,8 @@ const SPOILT: [Spoilt; 7] = [
     ("gyro_unusable", |trace| {
         let most = 1.0;
         trace.keys.gyro_full_scale_rad_s = Some(f64::from(most));
-        let clamp = |sample: &mut Sample| {
-            sample.gyro_rad_s = sample.gyro_rad_s.map(|rate| if rate.abs() > most { most.copysign(rate) } else { rate })
-        };
-        trace.samples.iter_mut().for_each(clamp);
+        let clipped = |rate: f32| if rate.abs() > most { most.copysign(rate) } else { rate };
+        trace.samples.iter_mut().for_each(|sample| sample.gyro_rad_s = sample.gyro_rad_s.map(clipped));
     }),
     ("diverged", |trace| {
         for sample in &mut trace.samples {
