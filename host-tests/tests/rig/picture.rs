@@ -81,13 +81,7 @@ impl Picture {
         let (at, shot) = (folder.path().join("page.html"), folder.path().join("shot.png"));
         fs::write(&at, drawn).unwrap();
         let mut command = Command::new(browser);
-        command.args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--hide-scrollbars",
-            "--virtual-time-budget=3000",
-        ]);
+        command.args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]);
         command.arg(format!("--user-data-dir={}", folder.path().join("profile").display()));
         command.arg(format!("--window-size={width},{HEIGHT}"));
         command.arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!is_dark)));
