@@ -3,7 +3,8 @@
 //!
 //! Rows go into a pivot by blocks of a fixed number, column by column: the factors of the reflection, and the block's
 //! part of the column, then stay in registers. Two reflections at a time halve the loads and stores. What a Cortex-M4F
-//! can do at best is two instructions a multiply-add, its product and its sum.
+//! can do at best is two instructions a multiply-add, its product and its sum. A desk's processor takes several columns
+//! at a time, each in the same order, so that it has the same bits.
 
 #![allow(clippy::indexing_slicing)] // Columns: each is compared with the row's length before.
 
@@ -13,6 +14,8 @@ use super::real::Real;
 const BLOCK: usize = 9;
 /// Rows of the blocks after it: rows come in threes, one for each axis.
 const AXES: usize = 3;
+/// Columns that are reflected together: two vector registers of a desk's processor.
+const TOGETHER: usize = if cfg!(target_os = "none") { 1 } else { 8 };
 
 /// Reflection of a pivot and a block of rows that leaves zeros in one column of the rows.
 #[derive(Clone, Copy)]
@@ -57,24 +60,42 @@ impl<T: Real, const M: usize> Reflection<T, M> {
 
     /// Reflects another column.
     #[inline(always)]
-    pub fn turn(&self, pivot: &mut T, column: &mut [T; M]) {
-        let dot = self.factors.iter().zip(column.iter()).fold(*pivot, |sum, (f, x)| sum + *f * *x);
-        let by = self.scale * dot;
-        *pivot += by;
-        for (x, f) in column.iter_mut().zip(&self.factors) {
-            *x += *f * by;
+    pub fn turn_one(&self, pivot: &mut T, column: &mut [T; M]) {
+        let (elements, _) = column.as_chunks_mut::<1>();
+        if let Some(elements) = elements.first_chunk_mut() {
+            self.turn(core::array::from_mut(pivot), elements);
+        }
+    }
+
+    /// Reflects other columns.
+    #[inline(always)]
+    fn turn<const W: usize>(&self, pivots: &mut [T; W], rows: &mut [[T; W]; M]) {
+        let mut by = *pivots;
+        for (f, row) in self.factors.iter().zip(&*rows) {
+            by.iter_mut().zip(row).for_each(|(sum, x)| *sum += *f * *x);
+        }
+        for (pivot, by) in pivots.iter_mut().zip(&mut by) {
+            *by = self.scale * *by;
+            *pivot += *by;
+        }
+        for (f, row) in self.factors.iter().zip(rows) {
+            row.iter_mut().zip(&by).for_each(|(x, by)| *x += *f * *by);
         }
     }
 
     /// Reflects the columns of a pivot, which the rows have from `from` on.
     #[inline(never)]
     fn sweep<const L: usize>(&self, pivot: &mut [T], rows: &mut [[T; L]; M], from: usize) {
-        for (column, pivot) in (from..).zip(pivot) {
-            if column >= L {
-                break;
-            }
-            let mut elements = elements(rows, column);
-            self.turn(pivot, &mut elements);
+        let (groups, single) = pivot.as_chunks_mut::<TOGETHER>();
+        let behind = from + TOGETHER * groups.len();
+        for (column, pivots) in (from..).step_by(TOGETHER).zip(groups) {
+            let Some(mut elements) = elements(rows, column) else { return };
+            self.turn(pivots, &mut elements);
+            put(rows, column, &elements);
+        }
+        for (column, pivot) in (behind..).zip(single) {
+            let Some(mut elements) = elements(rows, column) else { return };
+            self.turn(core::array::from_mut(pivot), &mut elements);
             put(rows, column, &elements);
         }
     }
@@ -83,31 +104,49 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     #[inline(never)]
     fn sweep_two<const L: usize>(both: &[Self; 2], pivots: (&mut [T], &mut [T]), rows: &mut [[T; L]; M], from: usize) {
         let [first, second] = both;
-        for (column, (one, two)) in (from..).zip(pivots.0.iter_mut().zip(pivots.1)) {
-            if column >= L {
-                break;
-            }
-            let mut elements = elements(rows, column);
+        let length = if pivots.0.len() < pivots.1.len() { pivots.0.len() } else { pivots.1.len() };
+        let (groups, single) = pivots.0.split_at_mut(length).0.as_chunks_mut::<TOGETHER>();
+        let (groups_of_two, single_of_two) = pivots.1.split_at_mut(length).0.as_chunks_mut::<TOGETHER>();
+        let behind = from + TOGETHER * groups.len();
+        for (column, (one, two)) in (from..).step_by(TOGETHER).zip(groups.iter_mut().zip(groups_of_two)) {
+            let Some(mut elements) = elements(rows, column) else { return };
             first.turn(one, &mut elements);
             second.turn(two, &mut elements);
+            put(rows, column, &elements);
+        }
+        for (column, (one, two)) in (behind..).zip(single.iter_mut().zip(single_of_two)) {
+            let Some(mut elements) = elements(rows, column) else { return };
+            first.turn(core::array::from_mut(one), &mut elements);
+            second.turn(core::array::from_mut(two), &mut elements);
             put(rows, column, &elements);
         }
     }
 }
 
+/// Elements of some columns of a block of rows; `None` beyond the rows' end.
 #[inline(always)]
-fn elements<T: Real, const L: usize, const M: usize>(rows: &[[T; L]; M], column: usize) -> [T; M] {
-    let mut elements = [T::ZERO; M];
-    for (x, row) in elements.iter_mut().zip(rows) {
-        *x = row[column];
+fn elements<T: Real, const L: usize, const M: usize, const W: usize>(
+    rows: &[[T; L]; M],
+    column: usize,
+) -> Option<[[T; W]; M]> {
+    if column + W > L {
+        return None;
     }
-    elements
+    let mut elements = [[T::ZERO; W]; M];
+    for (x, row) in elements.iter_mut().zip(rows) {
+        x.copy_from_slice(&row[column..column + W]);
+    }
+    Some(elements)
 }
 
 #[inline(always)]
-fn put<T: Real, const L: usize, const M: usize>(rows: &mut [[T; L]; M], column: usize, elements: &[T; M]) {
+fn put<T: Real, const L: usize, const M: usize, const W: usize>(
+    rows: &mut [[T; L]; M],
+    column: usize,
+    elements: &[[T; W]; M],
+) {
     for (row, x) in rows.iter_mut().zip(elements) {
-        row[column] = *x;
+        row[column..column + W].copy_from_slice(x);
     }
 }
 
@@ -149,9 +188,10 @@ impl<T: Real, const L: usize, const E: usize> Pivots<T, L, E> for Two<'_, T> {
         let at = self.first.at;
         let ([a, next, first @ ..], [b, second @ ..]) = (&mut *self.first.own, &mut *self.second.own) else { return };
         let one = Reflection::eliminate(a, rows, at);
-        if !one.is_nothing() && at + 1 < L {
-            let mut column = elements(rows, at + 1);
-            one.turn(next, &mut column);
+        if !one.is_nothing()
+            && let Some(mut column) = elements(rows, at + 1)
+        {
+            one.turn(core::array::from_mut(next), &mut column);
             put(rows, at + 1, &column);
         }
         let two = Reflection::eliminate(b, rows, at + 1);

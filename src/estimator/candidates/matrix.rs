@@ -171,7 +171,7 @@ pub(super) fn load<T: Real, const E: usize>(
         let (before, own) = reflections.split_at_mut(g);
         for (reflection, row) in before.iter().zip(globals.root.iter().skip(NUISANCES)) {
             let mut pivot = row[BIAS.from + g];
-            reflection.turn(&mut pivot, &mut column);
+            reflection.turn_one(&mut pivot, &mut column);
         }
         let mut pivot = globals.root[NUISANCES + g][BIAS.from + g];
         own[0] = Reflection::new(&mut pivot, &column);
@@ -193,7 +193,7 @@ pub(super) fn load<T: Real, const E: usize>(
         let (column, of_gyro) = column.split_at_mut(NUISANCES);
         let Some(column) = column.first_chunk_mut::<NUISANCES>() else { return };
         for (reflection, pivot) in reflections.iter().zip(of_gyro) {
-            reflection.turn(pivot, column);
+            reflection.turn_one(pivot, column);
         }
         let to = matrix.column_mut(c);
         for (to, x) in to.iter_mut().zip(column) {
