@@ -4,6 +4,7 @@
 mod axes;
 mod norms;
 mod saturation;
+mod sizes;
 mod time;
 
 use super::{column_map::ColumnMap, merged::Merged, series::Series};

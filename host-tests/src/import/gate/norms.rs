@@ -6,14 +6,11 @@ use super::{
         units::{Quantity, STANDARD_GRAVITY},
     },
     Finding, Imported, saturation,
+    sizes::{FIELD, GRAVITY, median},
 };
 
-/// Gravity that the pipeline takes (`Earth::gravity_m_s2`): an accelerometer's scale may be off, a unit not.
-pub(super) const GRAVITY: std::ops::RangeInclusive<f64> = 9.0..=10.5;
 /// Norm in motion: vibration adds to gravity.
 const IN_MOTION: std::ops::RangeInclusive<f64> = 4.0..=40.0;
-/// The earth's field, microtesla (World Magnetic Model: 22 to 67).
-pub(super) const FIELD: std::ops::RangeInclusive<f64> = 20.0..=70.0;
 /// Deviation of the specific force's norm and of a rate over a second of rest.
 const REST: (f64, f64) = (0.15, 0.05);
 /// Factor between two units from which no scale, magnet or vibration is the cause.
@@ -60,11 +57,6 @@ pub(super) fn units(imported: &Imported) -> Vec<Finding> {
 
 fn norm(row: &[f64]) -> f64 {
     row[..3].iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Mean norms of the specific force in the seconds of rest.

@@ -10,7 +10,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 use super::{
     super::{resolve::in_words, units::Quantity},
     Finding, Imported,
-    norms::{FIELD, GRAVITY, median},
+    sizes::{FIELD, GRAVITY, median},
 };
 
 /// Chance of a finding in a recording without saturation: one in a thousand, over three sensors with both ends of three
