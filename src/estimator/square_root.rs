@@ -87,16 +87,18 @@ impl<T: Real, const M: usize> Reflection<T, M> {
     #[inline(never)]
     fn sweep<const L: usize>(&self, pivot: &mut [T], rows: &mut [[T; L]; M], from: usize) {
         let (groups, single) = pivot.as_chunks_mut::<TOGETHER>();
-        let behind = from + TOGETHER * groups.len();
-        for (column, pivots) in (from..).step_by(TOGETHER).zip(groups) {
+        let mut column = from;
+        for pivots in groups {
             let Some(mut elements) = elements(rows, column) else { return };
             self.turn(pivots, &mut elements);
             put(rows, column, &elements);
+            column += TOGETHER;
         }
-        for (column, pivot) in (behind..).zip(single) {
+        for pivot in single {
             let Some(mut elements) = elements(rows, column) else { return };
             self.turn(core::array::from_mut(pivot), &mut elements);
             put(rows, column, &elements);
+            column += 1;
         }
     }
 
@@ -107,18 +109,20 @@ impl<T: Real, const M: usize> Reflection<T, M> {
         let length = if pivots.0.len() < pivots.1.len() { pivots.0.len() } else { pivots.1.len() };
         let (groups, single) = pivots.0.split_at_mut(length).0.as_chunks_mut::<TOGETHER>();
         let (groups_of_two, single_of_two) = pivots.1.split_at_mut(length).0.as_chunks_mut::<TOGETHER>();
-        let behind = from + TOGETHER * groups.len();
-        for (column, (one, two)) in (from..).step_by(TOGETHER).zip(groups.iter_mut().zip(groups_of_two)) {
+        let mut column = from;
+        for (one, two) in groups.iter_mut().zip(groups_of_two) {
             let Some(mut elements) = elements(rows, column) else { return };
             first.turn(one, &mut elements);
             second.turn(two, &mut elements);
             put(rows, column, &elements);
+            column += TOGETHER;
         }
-        for (column, (one, two)) in (behind..).zip(single.iter_mut().zip(single_of_two)) {
+        for (one, two) in single.iter_mut().zip(single_of_two) {
             let Some(mut elements) = elements(rows, column) else { return };
             first.turn(core::array::from_mut(one), &mut elements);
             second.turn(core::array::from_mut(two), &mut elements);
             put(rows, column, &elements);
+            column += 1;
         }
     }
 }
@@ -129,7 +133,7 @@ fn elements<T: Real, const L: usize, const M: usize, const W: usize>(
     rows: &[[T; L]; M],
     column: usize,
 ) -> Option<[[T; W]; M]> {
-    if column + W > L {
+    if L < W || column > L - W {
         return None;
     }
     let mut elements = [[T::ZERO; W]; M];
