@@ -77,7 +77,7 @@ pub fn scored(run: &Run, seed: u64) -> Option<Score> {
 
 /// Kinds of run that the tables have: name, and what differs from the error model's.
 #[must_use]
-pub fn kinds() -> [(&'static str, Run); 6] {
+pub fn kinds() -> [(&'static str, Run); 10] {
     let run = Run::default();
     let errors = run.errors;
     let magnetised = SurveyErrors { axial_interference_ut: 5.0 * errors.axial_interference_ut, ..errors };
@@ -89,6 +89,13 @@ pub fn kinds() -> [(&'static str, Run); 6] {
         ("magnetometer's bias four times as large", Run { errors: worse_sensors, ..run }),
         ("noise of stations up to three times", Run { noise_factor: 3.0, ..run }),
         ("a tenth of the stations disturbed by 2 uT", Run { disturbed: 0.1, ..run }),
+        ("level to the east or west", Run { level_to_the_east: true, ..run }),
+        (
+            "level to the east or west, drill string five times as magnetic",
+            Run { errors: magnetised, level_to_the_east: true, ..run },
+        ),
+        ("magnetometer turned by 0.02 deg on each axis", Run { misaligned_rad: f64::to_radians(0.02), ..run }),
+        ("magnetometer turned by 0.1 deg on each axis", Run { misaligned_rad: f64::to_radians(0.1), ..run }),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! A simulated run of one tool: a hole, sensors with errors of the error model's sizes, stations with known truth.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::simulate::Random;
 use libm::{cos, sin};
@@ -22,6 +22,11 @@ pub struct Run {
     pub noise_factor: f64,
     /// Share of stations beside something magnetic: 2 microtesla on each axis.
     pub disturbed: f64,
+    /// Standard deviation of the angles by which the magnetometer is turned against the accelerometer, radians: an error
+    /// that the analysis does not have.
+    pub misaligned_rad: f64,
+    /// Whether the hole is level to the magnetic east or west, within 20 deg, where an axial field hardly shows.
+    pub level_to_the_east: bool,
 }
 
 impl Default for Run {
@@ -33,6 +38,8 @@ impl Default for Run {
             noise: MultiStationSettings::default(),
             noise_factor: 1.0,
             disturbed: 0.0,
+            misaligned_rad: 0.0,
+            level_to_the_east: false,
         }
     }
 }
@@ -69,12 +76,21 @@ impl Run {
         let [first, last] = [draw.between(1.0, 30.0), draw.between(20.0, 92.0)].map(f64::to_radians);
         let [start, turn] = [draw.between(0.0, TAU), draw.between(-0.6, 0.6)];
         let build_end = draw.between(0.3, 0.9);
+        // Drawn apart: runs that differ in nothing else have the same holes and errors.
+        let mut apart = Random::new(!seed);
+        let angles = std::array::from_fn(|_| self.misaligned_rad * apart.normal());
+        let [first, last, start, turn] = if self.level_to_the_east {
+            let east = FRAC_PI_2 * apart.sign() + apart.between(-0.3, 0.3);
+            [apart.between(1.45, 1.6), apart.between(1.45, 1.6), east, 0.1 * turn]
+        } else {
+            [first, last, start, turn]
+        };
         let count = self.stations.max(2);
         let stations = (0..count).map(|k| {
             let along = k as f64 / (count - 1) as f64;
             let built = if along < build_end { along / build_end } else { 1.0 };
             let attitude = [first + (last - first) * built, start + turn * along, draw.between(0.0, TAU)];
-            self.station(attitude, along, place, &errors, &mut draw)
+            self.station(attitude, along, place, &Drawn { errors, angles }, &mut draw)
         });
         TrueRun { stations: stations.collect(), errors }
     }
@@ -84,7 +100,7 @@ impl Run {
         attitude: [f64; 3],
         along: f64,
         [gravity, total, dip]: [f64; 3],
-        errors: &[f64; PARAMETERS],
+        Drawn { errors, angles }: &Drawn,
         draw: &mut Random,
     ) -> TrueStation {
         let noise = self.noise;
@@ -94,6 +110,12 @@ impl Run {
         let true_total = total + errors[14] + random(noise.total_field_noise_ut);
         let force = into_tool([0.0, 0.0, -true_gravity], attitude);
         let field = into_tool([true_total * cos(true_dip), 0.0, true_total * sin(true_dip)], attitude);
+        let [a, b, c] = angles;
+        let field = [
+            field[0] + a * field[1] + b * field[2],
+            field[1] - a * field[0] + c * field[2],
+            field[2] - b * field[0] - c * field[1],
+        ];
         let read = std::array::from_fn(|k| {
             ((1.0 + errors[3 + k]) * force[k] + errors[k] + random(noise.force_noise_m_s2)) as f32
         });
@@ -111,6 +133,13 @@ impl Run {
         };
         TrueStation { station, inclination_rad: attitude[0], azimuth_rad: attitude[1] }
     }
+}
+
+/// Errors of a run.
+struct Drawn {
+    errors: [f64; PARAMETERS],
+    /// Small angles by which the magnetometer is turned.
+    angles: [f64; 3],
 }
 
 /// A vector of magnetic NED in tool axes, at inclination, azimuth and toolface, radians.

@@ -56,6 +56,18 @@ fn a_magnetised_string_and_a_magnetometer_out_of_specification_are_corrected() {
     }
 }
 
+/// There the string's field and its growth pass for each other, and hardly show.
+#[test]
+fn level_to_the_east_a_magnetised_string_makes_under_one_run_in_a_hundred_worse() {
+    let errors = SurveyErrors::default();
+    let magnetised = SurveyErrors { axial_interference_ut: 5.0 * errors.axial_interference_ut, ..errors };
+    for errors in [errors, magnetised] {
+        let scores = scores(&Run { errors, level_to_the_east: true, ..Run::default() });
+        let worse = scores.iter().filter(|score| score.azimuth_deg[1] > score.azimuth_deg[0]).count();
+        assert!(worse * 100 < scores.len(), "{worse}");
+    }
+}
+
 /// Growth of the drill string's field from the first to the last station of a run, microtesla.
 const GROWTH_UT: f64 = 1.5;
 

@@ -4,7 +4,7 @@ use super::{
     Decision, LEAST_STATIONS, MAX_STATIONS, MultiStationSettings, PARAMETERS, Parameter, Refusal, Station,
     fit::{Fit, dot, fitted},
     left_out::{LeftOut, left_out},
-    parameters::{GROWTH, REFERENCES},
+    parameters::{AXIAL, GROWTH, REFERENCES},
     rows::{Freed, Scales, Whitened},
 };
 use crate::{
@@ -263,17 +263,23 @@ pub(super) fn analysed(
 
 /// Widens the prior of a sensor's error, or of the drill string's field, to what was found where that is beyond three
 /// standard deviations (once in 400 by chance): a sensor out of its specification, or a collar more magnetic than
-/// usual. Returns true if it widened one. References keep their priors: an error there is not the tool's.
+/// usual. Such a collar widens both the field at the first station and its growth: one was found, but in a level hole to
+/// the east each passes for the other. Returns true if it widened one. References keep their priors: an error there is
+/// not the tool's.
 fn widen_priors(prior: &mut Whitened, x: &Whitened) -> bool {
-    let mut any = false;
-    for (sigma, x) in prior.iter_mut().zip(x).take(REFERENCES) {
-        let size = libm::fabsf(*x);
-        if size > 3.0 {
-            *sigma *= size;
-            any = true;
+    let before = *prior;
+    let found = |k: usize| {
+        let size = libm::fabsf(at(x, k));
+        if size > 3.0 { size * at(&before, k) } else { 0.0 }
+    };
+    let string = found(AXIAL).max(found(GROWTH));
+    for (k, sigma) in prior.iter_mut().enumerate().take(REFERENCES) {
+        let least = if k == AXIAL || k == GROWTH { string } else { found(k) };
+        if least > *sigma {
+            *sigma = least;
         }
     }
-    any
+    *prior != before
 }
 
 fn judged(stations: &[Station], mask: u64, scales: &Scales) -> Option<(Fit, LeftOut)> {
