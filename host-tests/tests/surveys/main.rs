@@ -7,6 +7,7 @@ mod corrected_runs;
 mod files;
 mod forty_stations;
 mod independent_analysis;
+mod published_examples;
 mod sag;
 mod standard_wells;
 mod traces;
