@@ -1,7 +1,9 @@
 //! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
 
 mod chosen;
+mod column_names;
 pub mod files;
+mod far_off;
 pub mod path;
 mod placed;
 pub mod position_errors;

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 
+use super::column_names::{Units, named};
 use crate::failure::Failure;
 
 /// Metres in a foot.
@@ -106,8 +107,12 @@ pub fn read(text: &str) -> Result<Vec<ReadStation>, Failure> {
 }
 
 fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).flexible(false).from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter(text))
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(false)
+        .from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| error.to_string())?.clone();
     let columns = columns(&header, text)?;
     let mut stations: Vec<ReadStation> = Vec::new();
@@ -125,7 +130,23 @@ fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
     if stations.is_empty() { Err("has no stations".to_owned()) } else { Ok(stations) }
 }
 
+/// What stands between the columns: the one of comma, semicolon and tab that the header has most of.
+fn delimiter(text: &str) -> u8 {
+    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let count = |delimiter: &u8| header.bytes().filter(|byte| byte == delimiter).count();
+    // Of equal ones the last is taken: comma.
+    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+}
+
+/// What a line `# key = value` says.
+fn stated<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    let mut lines = text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('='));
+    lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim())
+}
+
 fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
+    let units = stated(text, "units").map(Units::parse).transpose()?;
+    let header: Vec<String> = header.iter().map(|column| named(column, units.as_ref())).collect();
     let find = |name: &str| header.iter().position(|column| column == name);
     let three = |names: [&str; 3]| {
         let [x, y, z] = names.map(find);
@@ -135,9 +156,7 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     let field = FIELDS.iter().find_map(|(names, factor)| Some((three(*names)?, *factor)));
     let depth = find("md_m").map(|k| (k, 1.0)).or_else(|| find("md_ft").map(|k| (k, FOOT_M)));
     let angles = find("inclination_deg").zip(find("magnetic_azimuth_deg")).map(|(i, a)| [i, a]);
-    let axes =
-        text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('=')).find(|(key, _)| key.trim() == "axes");
-    let axes = axes.map_or(Ok(Axes([1, 2, 3])), |(_, value)| Axes::parse(value.trim()))?;
+    let axes = stated(text, "axes").map_or(Ok(Axes([1, 2, 3])), Axes::parse)?;
     let columns = Columns {
         time: find("t_s"),
         depth,
@@ -146,10 +165,18 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
         sag: find("sag_deg"),
         axes,
     };
-    if columns.time.is_none() && columns.depth.is_none() {
+    let bare = ["md", "gx", "ax", "bx"].into_iter().filter(|name| find(name).is_some()).collect::<Vec<_>>().join(", ");
+    let [placed, measured] =
+        [columns.time.is_some() || columns.depth.is_some(), columns.six.is_some() || columns.angles.is_some()];
+    if !bare.is_empty() && !(placed && measured) {
+        return Err(format!(
+            "{bare} without a unit: a line \"# units = m g nT\" before the header gives those of depth, gravity and field"
+        ));
+    }
+    if !placed {
         return Err("lacks a column md_m, md_ft or t_s".to_owned());
     }
-    if columns.six.is_none() && columns.angles.is_none() {
+    if !measured {
         return Err(
             "lacks gravity (gx_g, gx_mg, gx_m_s2, down; or ax_m_s2, up; likewise y and z) and field (bx_nt or \
                     bx_ut, likewise y and z), or inclination_deg and magnetic_azimuth_deg"
@@ -254,6 +281,24 @@ mod tests {
     }
 
     #[test]
+    fn headers_of_other_programs_are_read() {
+        let ours = read("md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n100,0.1,0.2,0.97,10000,20000,40000\n").unwrap();
+        for theirs in [
+            "MD (m),Gx (g),Gy (g),Gz (g),Bx (nT),By (nT),Bz (nT)\n100,0.1,0.2,0.97,10000,20000,40000\n",
+            "Depth [m];Gx [mg];Gy [mg];Gz [mg];Bx [uT];By [uT];Bz [uT]\n100;100;200;970;10;20;40\n",
+            "# units = m g nT\nMD\tGx\tGy\tGz\tBx\tBy\tBz\n100\t0.1\t0.2\t0.97\t10000\t20000\t40000\n",
+        ] {
+            let theirs = read(theirs).unwrap();
+            let (Measured::SixAxis { force_m_s2: a, field_ut: b }, Measured::SixAxis { force_m_s2: c, field_ut: d }) =
+                (ours[0].measured, theirs[0].measured)
+            else {
+                panic!("six axes")
+            };
+            assert!((a - c).norm() < 1e-12 && (b - d).norm() < 1e-12 && theirs[0].md_m == Some(100.0), "{theirs:?}");
+        }
+    }
+
+    #[test]
     fn what_is_missing_or_no_number_is_told_with_its_line() {
         for (text, told) in [
             ("md_m,gx_g,gy_g,gz_g\n1,2,3,4\n", "lacks gravity"),
@@ -262,6 +307,8 @@ mod tests {
             ("md_m,inclination_deg,magnetic_azimuth_deg\n1,nan,3\n", "line 2: \"nan\" is no number"),
             ("md_m,inclination_deg,magnetic_azimuth_deg\n", "no stations"),
             ("# axes = y x z\nmd_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n", "right-handed"),
+            ("MD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "md, gx, bx without a unit: a line \"# units = m g nT\""),
+            ("# units = m g\nMD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "must be those of depth, gravity and field"),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(told), "{error}");

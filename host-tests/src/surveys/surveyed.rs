@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{
     chosen::{AXIAL, chosen},
+    far_off::far_off,
     path::{Direction, minimum_curvature},
     placed::{Placed, Shot, placed},
     position_errors::horizontal_ellipse,
@@ -170,6 +171,8 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     let multi_station = report.as_ref().is_some_and(|report| report.azimuth == Decision::Corrected);
     let (code, without) = tool_code(settings, sag.is_some(), multi_station);
     warnings.extend(without);
+    let off: Vec<[f64; 3]> = stations.iter().filter_map(|station| station.off_reference).collect();
+    warnings.extend(far_off(&off));
     for station in &mut stations {
         station.tool_code = code.name(station.corrected == AXIAL);
     }
