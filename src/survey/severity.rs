@@ -1,16 +1,18 @@
 //! Severity of vibration and of stick-slip in eight levels, whether the tool whirls, and the dose of a run.
 //!
-//! Levels count from 0 to 7, as those of many makers do. The bounds are this library's own choice: makers' tables
-//! differ, and none that is published was at hand to be checked against. [`level`] takes the bounds of your tool's
-//! manual. Vibration above half of the probe's sample rate, or beyond its accelerometer's range, is in none of these
-//! figures.
+//! Levels count from 0 to 7, as those of many makers do. The bounds of vibration are this library's own choice: makers'
+//! tables differ, and none that is published was at hand to be checked against. [`level`] takes the bounds of your
+//! tool's manual. Vibration above half of the probe's sample rate, or beyond its accelerometer's range, is in none of
+//! these figures.
 
 use super::{DrillingDynamics, Rotation, WhirlKind};
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 /// Root mean square of vibration, along the axis or across it, from which each level above 0 applies, g.
 pub const VIBRATION_BOUNDS_G: [f32; 7] = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 15.0];
-/// Stick-slip index from which each level above 0 applies; level 7 is a string that turned backwards.
+/// Stick-slip index from which each level above 0 applies; level 7 is a string that turned backwards. The index is half
+/// of (largest - least) / mean, whose published bounds are 0.4 to 2.4 in steps of 0.4: slight, moderate, moderately
+/// severe, severe, very severe, extreme (`dataanalysis.oilFunc.StickSlip`, an open program for drilling data on GitHub).
 pub const STICK_SLIP_BOUNDS: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
 /// Speed from which a string turned backwards, revolutions per minute: half of that at which a tool counts as rotating.
 const BACKWARDS_RPM: f32 = 2.5;
