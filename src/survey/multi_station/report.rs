@@ -272,7 +272,8 @@ fn widen_priors(prior: &mut Whitened, x: &Whitened) -> bool {
         let size = libm::fabsf(at(x, k));
         if size > 3.0 { size * at(&before, k) } else { 0.0 }
     };
-    let string = found(AXIAL).max(found(GROWTH));
+    let [axial, growth] = [AXIAL, GROWTH].map(found);
+    let string = if axial > growth { axial } else { growth };
     for (k, sigma) in prior.iter_mut().enumerate().take(REFERENCES) {
         let least = if k == AXIAL || k == GROWTH { string } else { found(k) };
         if least > *sigma {
