@@ -168,7 +168,8 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     let bare = ["md", "gx", "ax", "bx"].into_iter().filter(|name| find(name).is_some()).collect::<Vec<_>>().join(", ");
     let [placed, measured] =
         [columns.time.is_some() || columns.depth.is_some(), columns.six.is_some() || columns.angles.is_some()];
-    if !bare.is_empty() && !(placed && measured) {
+    let usable = placed && measured;
+    if !usable && !bare.is_empty() {
         return Err(format!(
             "{bare} without a unit: a line \"# units = m g nT\" before the header gives those of depth, gravity and field"
         ));
