@@ -1,6 +1,6 @@
-//! Names of a stations file's columns, as other programs write them. A unit stands in the name, as in `gx_g`, `Gx (g)` or
-//! `Gx [g]`, or in a line `# units = m g nT` for depth, gravity and field. Nothing is guessed: a column whose unit is nowhere
-//! stated has no name here.
+//! Names of a stations file's columns, as other programs write them. A unit stands in the name, as in `gx_g`,
+//! `Gx (g)` or `Gx [g]`, or in a line `# units = m g nT` for depth, gravity and field. Nothing is guessed: a
+//! column whose unit is nowhere stated has no name here.
 
 /// Units by the ways in which they are written, small letters.
 const UNITS: [(&str, &str); 17] = [

@@ -1,8 +1,9 @@
-//! Readings that are far off the reference at most stations: a unit, a sign or an axis of the file, or a place, is then not
-//! what it was taken for, and no correction mends that.
+//! Readings that are far off the reference at most stations: a unit, a sign or an axis of the file, or a
+//! place, is then not what it was taken for, and no correction mends that.
 
-/// Differences of gravity, m/s^2, field, microtesla, and dip, degrees, that are ten times those within which surveys are
-/// usually accepted: 3 mg, 300 nT and 0.25 deg (the latter two: ISCWSA, Introduction to wellbore positioning, 22.1).
+/// Differences of gravity, m/s^2, field, microtesla, and dip, degrees, that are ten times those within which
+/// surveys are usually accepted: 3 mg, 300 nT and 0.25 deg (the latter two: ISCWSA, Introduction to wellbore
+/// positioning, 22.1).
 const FAR: [f64; 3] = [0.3, 3.0, 2.5];
 /// What each difference is, its unit, and what mends it.
 const WORDS: [[&str; 3]; 3] = [

@@ -22,8 +22,8 @@ pub struct Run {
     pub noise_factor: f64,
     /// Share of stations beside something magnetic: 2 microtesla on each axis.
     pub disturbed: f64,
-    /// Standard deviation of the angles by which the magnetometer is turned against the accelerometer, radians: an error
-    /// that the analysis does not have.
+    /// Standard deviation of the angles by which the magnetometer is turned against the accelerometer, radians: an
+    /// error that the analysis does not have.
     pub misaligned_rad: f64,
     /// Whether the hole is level to the magnetic east or west, within 20 deg, where an axial field hardly shows.
     pub level_to_the_east: bool,

@@ -1,5 +1,6 @@
-//! Examples that other authors have published with all their numbers: hole, reference and errors, and how well their own
-//! programs must find these. The readings are computed from them, in those authors' tool axes (x lies where ours has y).
+//! Examples that other authors have published with all their numbers: hole, reference and errors, and how
+//! well their own programs must find these. The readings are computed from them, in those authors' tool axes
+//! (their y is x here).
 
 use mwd::surveys::{
     reference::Reference,
@@ -22,8 +23,9 @@ struct Example {
     mag: [[f64; 3]; 2],
 }
 
-/// Six stations below a string with 650 nT along its axis: M. Nikitin, ArroWell, tests/arrowell_engine/integration/
-/// test_msa_recovery.py (github.com/maksim-y-nikitin/arrowell, commit 3b32c8d). It must find the 650 nT within 50.
+/// Six stations below a string with 650 nT along its axis: M. Nikitin, ArroWell,
+/// tests/arrowell_engine/integration/test_msa_recovery.py (github.com/maksim-y-nikitin/arrowell, commit
+/// 3b32c8d). It must find the 650 nT within 50.
 fn arrowell() -> Example {
     let attitudes = [
         [35.0, 45.0, 15.0],
@@ -46,8 +48,8 @@ fn arrowell() -> Example {
 const ARROWELL_NT: f64 = 650.0;
 
 /// Twenty stations with errors of all sensors, in two holes, a steep and a building one: MWD STD, mwdstdcore,
-/// tests/params.py and tests/test_msa.py (github.com/mwdstd/mwdstdcore, commit 3700534). It must find errors of over twice
-/// the error model's size within three times this size.
+/// tests/params.py and tests/test_msa.py (github.com/mwdstd/mwdstdcore, commit 3700534). It must find errors
+/// of over twice the error model's size within three times this size.
 fn mwdstdcore() -> [Example; 2] {
     let along = |[from, to]: [f64; 2], k: i32| from + (to - from) * f64::from(k) / 19.0;
     // Their azimuth counts from true north; the declination is 6 deg.
@@ -110,7 +112,8 @@ fn estimate(run: &SurveyedRun, name: &str) -> [f64; 2] {
     [f64::from(found.1), f64::from(found.2)]
 }
 
-/// The string is stated, as a short collar's is: three of its deviations would else be the most that is likely.
+/// The string is stated, as a short collar's is: three of its deviations would else be the most that is
+/// likely.
 const SHORT_COLLAR: &str = "errors = { axial_interference_ut = 0.65 }";
 
 #[test]
