@@ -30,6 +30,7 @@ use crate::{
     sample::{Sample, SampleFlags},
     time_step::{LONGEST_BELIEVED_US, is_gap},
 };
+use corrector::Found;
 use latency::mag_delay_sigma_s;
 use output::count;
 use pipeline::{Pipeline, With};
@@ -67,7 +68,7 @@ pub struct Probe<
     /// change while they fly.
     next_library: Option<&'static [&'static dyn Effect]>,
     session: Session,
-    pipeline: Pipeline,
+    pipeline: Pipeline<Found>,
     identifier: Identifier<NODES, COLUMNS, REPORTS>,
 }
 
@@ -264,10 +265,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         if !self.identifier.is_due(t_us) {
             return;
         }
-        let before = self.pipeline.corrector.model_here(self.identifier.flown(), self.library());
+        let before = self.pipeline.corrector.taken_out.model_here(self.identifier.flown(), self.library());
         let Some(taken) = self.identifier.take_effect(t_us, &self.config) else { return };
         if taken.effects {
-            self.pipeline.corrector.effects = self.effects().of_attitude(self.library());
+            self.pipeline.corrector.taken_out.effects = self.effects().of_attitude(self.library());
         }
         if taken.is_window || self.mag_delay_sigma_s().is_none() {
             // A delay just found counts as known only from the next window on, so that the heading does not depend on
@@ -277,7 +278,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         if taken.of_field {
             self.pipeline.filter.field_changed();
         }
-        let after = self.pipeline.corrector.model_here(self.identifier.flown(), self.library());
+        let after = self.pipeline.corrector.taken_out.model_here(self.identifier.flown(), self.library());
         self.pipeline.filter.model_changed(&before, &after, &taken.sigma);
     }
 

@@ -3,6 +3,7 @@
 
 use super::{
     Output,
+    corrector::Nothing,
     pipeline::{Pipeline, With},
 };
 use crate::{
@@ -27,7 +28,7 @@ pub struct AttitudeProbe {
     /// Time of the last sample; `None` before the first.
     last_us: Option<u64>,
     readings: [Reading; 3],
-    pipeline: Pipeline,
+    pipeline: Pipeline<Nothing>,
 }
 
 impl AttitudeProbe {

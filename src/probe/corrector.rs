@@ -10,31 +10,167 @@ use nalgebra::Vector3;
 /// Averaging time of the squared force, seconds.
 const SHAKING_S: f32 = 0.2;
 
-/// Effects that are taken out of the readings before the attitude filter, and values of the previous sample.
-pub(super) struct Corrector {
+/// What is taken out of the readings before the attitude filter.
+pub(super) trait TakenOut {
+    /// All-zero value for a static before it is configured.
+    const ZERO: Self;
+
+    /// Forgets what was taken out, and starts from a configuration.
+    fn start(&mut self, config: &Config);
+
+    /// Takes it out of a sample's readings; `rate` and `acceleration` are the compensated ones, rad/s and rad/s^2.
+    fn correct(
+        &mut self,
+        library: &[&dyn Effect],
+        sample: &Sample,
+        motion: [&Vector3<f32>; 2],
+        vectors: [Reading; 2],
+        step_s: f32,
+    ) -> Snapshot;
+
+    /// Variances on each axis of what is taken out of force and field at the last sample, whose corrected readings are
+    /// given, rad/s, m/s^2 and microtesla.
+    fn vector_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2];
+}
+
+/// Nothing is taken out: for a probe that looks for no effects, and has no memory for them.
+pub(super) struct Nothing;
+
+impl TakenOut for Nothing {
+    const ZERO: Self = Self;
+
+    fn start(&mut self, _config: &Config) {}
+
+    fn correct(
+        &mut self,
+        _library: &[&dyn Effect],
+        _sample: &Sample,
+        [rate, acceleration]: [&Vector3<f32>; 2],
+        [accel, mag]: [Reading; 2],
+        _step_s: f32,
+    ) -> Snapshot {
+        Snapshot {
+            rate_rad_s: *rate,
+            acceleration_rad_s2: *acceleration,
+            force_m_s2: value(accel),
+            square_force_m2_s4: 0.0,
+            field_ut: value(mag),
+            warming_k: 0.0,
+        }
+    }
+
+    fn vector_variances(&self, _library: &[&dyn Effect], _readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
+        [Vector3::zeros(); 2]
+    }
+}
+
+/// Effects that were found, and what their terms depend on.
+pub(super) struct Found {
     pub effects: ActiveEffects,
-    /// Compensated rate of the previous sample, for the angular acceleration.
-    last_rate_rad_s: Option<Vector3<f32>>,
     square_force_m2_s4: f32,
     /// Specific force of the last sample, and below it the temperature above the effects' reference, kelvin.
     last_force_m_s2: Vector3<f32>,
     last_warming_k: f32,
 }
 
-impl Corrector {
-    /// All-zero value for a static before it is configured.
-    pub const ZERO: Self = Self {
+impl TakenOut for Found {
+    const ZERO: Self = Self {
         effects: ActiveEffects::none(),
-        last_rate_rad_s: None,
         square_force_m2_s4: 0.0,
         last_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
         last_warming_k: 0.0,
     };
 
-    /// Creates a corrector without effects; the mean squared force starts at that of gravity.
-    pub fn new(config: &Config) -> Self {
+    /// The mean squared force starts at that of gravity.
+    fn start(&mut self, config: &Config) {
         let gravity = config.earth.gravity_m_s2;
-        Self { square_force_m2_s4: gravity * gravity, ..Self::ZERO }
+        *self = Self { square_force_m2_s4: gravity * gravity, ..Self::ZERO };
+    }
+
+    fn correct(
+        &mut self,
+        library: &[&dyn Effect],
+        sample: &Sample,
+        [rate, acceleration]: [&Vector3<f32>; 2],
+        [accel, mag]: [Reading; 2],
+        step_s: f32,
+    ) -> Snapshot {
+        if let Reading::Usable(force) = accel {
+            let share = step_s / SHAKING_S;
+            self.square_force_m2_s4 +=
+                (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
+        }
+        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
+        self.last_force_m_s2 = value(accel);
+        self.last_warming_k = if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { self.last_warming_k };
+        let mut snapshot = Snapshot {
+            rate_rad_s: *rate,
+            acceleration_rad_s2: *acceleration,
+            force_m_s2: self.last_force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: value(mag),
+            warming_k: self.last_warming_k,
+        };
+        self.effects.correct(library, &mut snapshot);
+        snapshot
+    }
+
+    // Not inlined: its stack frame would else lie under that of the surveys.
+    #[inline(never)]
+    fn vector_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
+        if self.effects.is_empty() {
+            return [Vector3::zeros(); 2];
+        }
+        let [rate_rad_s, force_m_s2, field_ut] = readings;
+        let snapshot = Snapshot {
+            rate_rad_s,
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut,
+            warming_k: self.last_warming_k,
+        };
+        self.effects.vector_variances(library, &snapshot)
+    }
+}
+
+impl Found {
+    /// Gyro model with the bias that the effects add to it at the present force and temperature while the
+    /// probe stands still.
+    pub fn model_here(&self, flown: &GyroModel, library: &[&dyn Effect]) -> GyroModel {
+        let mut still = Snapshot {
+            rate_rad_s: Vector3::zeros(),
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2: self.last_force_m_s2,
+            square_force_m2_s4: self.square_force_m2_s4,
+            field_ut: Vector3::zeros(),
+            warming_k: self.last_warming_k,
+        };
+        self.effects.correct_rate(library, &mut still);
+        let added = flown.p_matrix().try_inverse().map_or(still.rate_rad_s, |inverse| inverse * still.rate_rad_s);
+        GyroModel { b_rad_s: (Vector3::from(flown.b_rad_s) - added).into(), ..*flown }
+    }
+}
+
+fn value(reading: Reading) -> Vector3<f32> {
+    if let Reading::Usable(v) = reading { v } else { Vector3::zeros() }
+}
+
+/// What is taken out of the readings, and the rate of the previous sample.
+pub(super) struct Corrector<T> {
+    pub taken_out: T,
+    /// Compensated rate of the previous sample, for the angular acceleration.
+    last_rate_rad_s: Option<Vector3<f32>>,
+}
+
+impl<T: TakenOut> Corrector<T> {
+    /// All-zero value for a static before it is configured.
+    pub const ZERO: Self = Self { taken_out: T::ZERO, last_rate_rad_s: None };
+
+    /// Starts without effects.
+    pub fn start(&mut self, config: &Config) {
+        self.taken_out.start(config);
+        self.last_rate_rad_s = None;
     }
 
     /// Compensated rate of the previous sample; `rate_rad_s` at the first sample.
@@ -56,65 +192,11 @@ impl Corrector {
         library: &[&dyn Effect],
         sample: &Sample,
         rate: &Vector3<f32>,
-        [accel, mag]: [Reading; 2],
+        vectors: [Reading; 2],
         step_s: f32,
     ) -> Snapshot {
         let acceleration_rad_s2 = self.acceleration_rad_s2(rate, step_s);
         self.last_rate_rad_s = Some(*rate);
-        if let Reading::Usable(force) = accel {
-            let share = step_s / SHAKING_S;
-            self.square_force_m2_s4 +=
-                (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
-        }
-        let value = |reading: Reading| if let Reading::Usable(v) = reading { v } else { Vector3::zeros() };
-        let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        self.last_force_m_s2 = value(accel);
-        self.last_warming_k = if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { self.last_warming_k };
-        let mut snapshot = Snapshot {
-            rate_rad_s: *rate,
-            acceleration_rad_s2,
-            force_m_s2: self.last_force_m_s2,
-            square_force_m2_s4: self.square_force_m2_s4,
-            field_ut: value(mag),
-            warming_k: self.last_warming_k,
-        };
-        self.effects.correct(library, &mut snapshot);
-        snapshot
-    }
-
-    /// Variances on each axis of what the effects take out of force and field at the last sample, whose corrected
-    /// readings are given, rad/s, m/s^2 and microtesla.
-    // Not inlined: its stack frame would else lie under that of the surveys.
-    #[inline(never)]
-    pub fn vector_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
-        if self.effects.is_empty() {
-            return [Vector3::zeros(); 2];
-        }
-        let [rate_rad_s, force_m_s2, field_ut] = readings;
-        let snapshot = Snapshot {
-            rate_rad_s,
-            acceleration_rad_s2: Vector3::zeros(),
-            force_m_s2,
-            square_force_m2_s4: self.square_force_m2_s4,
-            field_ut,
-            warming_k: self.last_warming_k,
-        };
-        self.effects.vector_variances(library, &snapshot)
-    }
-
-    /// Gyro model with the bias that the effects add to it at the present force and temperature while the
-    /// probe stands still.
-    pub fn model_here(&self, flown: &GyroModel, library: &[&dyn Effect]) -> GyroModel {
-        let mut still = Snapshot {
-            rate_rad_s: Vector3::zeros(),
-            acceleration_rad_s2: Vector3::zeros(),
-            force_m_s2: self.last_force_m_s2,
-            square_force_m2_s4: self.square_force_m2_s4,
-            field_ut: Vector3::zeros(),
-            warming_k: self.last_warming_k,
-        };
-        self.effects.correct_rate(library, &mut still);
-        let added = flown.p_matrix().try_inverse().map_or(still.rate_rad_s, |inverse| inverse * still.rate_rad_s);
-        GyroModel { b_rad_s: (Vector3::from(flown.b_rad_s) - added).into(), ..*flown }
+        self.taken_out.correct(library, sample, [rate, &acceleration_rad_s2], vectors, step_s)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     Output,
-    corrector::Corrector,
+    corrector::{Corrector, TakenOut},
     latency::at_gyro_time,
     reading_checks::ReadingChecks,
     survey::{Calibrated, input_of},
@@ -17,13 +17,13 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Stages of a sample: checks, compensation, vectors turned to the gyro's time, magnets, effects, attitude filter.
-pub(super) struct Pipeline {
+/// Stages of a sample: checks, compensation, vectors turned to the gyro's time, magnets, effects `T`, attitude filter.
+pub(super) struct Pipeline<T> {
     pub last_raw_rad_s: [f32; 3],
     /// Time since the last usable rate, seconds.
     unread_s: f32,
     pub checks: ReadingChecks,
-    pub corrector: Corrector,
+    pub corrector: Corrector<T>,
     /// Readings of the last sample, for surveys.
     calibrated: Calibrated,
     pub filter: AttitudeFilter,
@@ -51,7 +51,7 @@ pub(super) struct Stepped {
     pub flags: AttitudeFlags,
 }
 
-impl Pipeline {
+impl<T: TakenOut> Pipeline<T> {
     /// All-zero value for a static before it is configured.
     pub const fn zero() -> Self {
         Self {
@@ -71,7 +71,7 @@ impl Pipeline {
         self.last_raw_rad_s = config.gyro.b_rad_s;
         self.unread_s = 0.0;
         self.checks = ReadingChecks::new(config);
-        self.corrector = Corrector::new(config);
+        self.corrector.start(config);
         self.calibrated = Calibrated::NONE;
         self.watch.configure(config);
         self.filter.start(&config.attitude, &config.earth, config.identification.motion);
@@ -138,7 +138,7 @@ impl Pipeline {
     pub fn survey_input(&self, library: &[&dyn Effect], sample: &Sample, output: &Output) -> SurveyInput {
         let kept = &self.calibrated;
         let readings = [output.rate_rad_s, kept.force_m_s2, kept.field_ut].map(Vector3::from);
-        let [of_force, of_field] = self.corrector.vector_variances(library, readings);
+        let [of_force, of_field] = self.corrector.taken_out.vector_variances(library, readings);
         let taken_out = [of_force, of_field + self.watch.offset_variances_ut2()];
         input_of(kept, &self.filter.residual_bias_rad_s(), taken_out, (sample, output))
     }

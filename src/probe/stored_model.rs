@@ -33,7 +33,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
         self.may_restore(model)?;
         self.identifier.restore(&model.gyro, &model.sigma, &model.effects);
-        self.pipeline.corrector.effects = self.effects().of_attitude(self.library());
+        self.pipeline.corrector.taken_out.effects = self.effects().of_attitude(self.library());
         self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
             // P is as certain as when it was stored, apart from its drift since. The bias changes at every start: it is
