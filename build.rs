@@ -4,6 +4,7 @@
 fn main() {
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rerun-if-changed=src/bin/probe/nrf52840.x");
+    println!("cargo:rerun-if-changed=src/bin/probe/mps2.x");
     println!("cargo:rerun-if-changed=src/bin/probe/ccm");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
@@ -23,6 +24,9 @@ fn main() {
     if feature("BOARD_NRF52840") {
         println!("cargo:rustc-link-search={here}/src/bin/probe");
         println!("cargo:rustc-link-arg-bins=-Tnrf52840.x");
+    } else if feature("BOARD_UPDATABLE") {
+        println!("cargo:rustc-link-search={here}/src/bin/probe");
+        println!("cargo:rustc-link-arg-bins=-Tmps2.x");
     } else {
         println!("cargo:rustc-link-search={here}");
         let emulated = feature("BOARD_EMULATED") || feature("BOARD_TRACE");

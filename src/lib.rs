@@ -23,6 +23,7 @@
 //! |---|---|
 //! | `serde` | `Serialize` and `Deserialize` of configuration, samples and reports |
 //! | `storage` | models, the command counter and the factory's records in flash |
+//! | `async-storage` | the storage over an asynchronous flash of `embedded-storage-async` |
 //! | `image-slots` | two images of the program in flash, with trial and rollback |
 //! | `telemetry` | frames for a line, their queue, the survey word of a mud pulser |
 //! | `commands` | commands to the probe, with a keyed authentication code |

@@ -5,7 +5,8 @@
 mod emulator;
 
 use mwd::target::{deadline, machine::build_program, toolchain::workspace};
-use std::{process::Command, time::Duration};
+use object::{Object, ObjectSection, SectionKind};
+use std::{fs, process::Command, time::Duration};
 
 /// Runs an example, which takes 800 samples of a tool at rest at 30 deg and loses none: else it says so and fails.
 /// Returns inclination and azimuth, thousandths of a degree.
@@ -45,4 +46,30 @@ fn embassy_flies_what_a_task_reads_over_asynchronous_buses() {
     if let Some(there) = on_the_chip("embassy-probe") {
         assert_eq!(there, here, "the sensors' readings are the same");
     }
+}
+
+/// Data memory of a VA41630, two banks one behind the other, and its memory for code (`examples/va416xx/va416xx.x`).
+const VA41630_RAM: std::ops::Range<u64> = 0x1FFF_8000..0x2000_8000;
+const VA41630_CODE: u64 = 256 * 1024;
+/// Stack that the attitude tier uses, and half as much again (`tests/tiers.rs` measures it).
+const STACK: u64 = 8 * 1024;
+
+/// A part for high temperatures: the image is linked with its own HAL, and fits. Nothing emulates it.
+#[test]
+fn the_attitude_tier_fits_a_va41630() {
+    let Some(toolchain) = emulator::toolchain() else { return };
+    let elf = fs::read(build_program(&toolchain, "va416xx-probe").unwrap()).unwrap();
+    let file = object::read::elf::ElfFile32::<object::Endianness>::parse(&*elf).unwrap();
+    let (mut ram, mut code) = (0, 0);
+    for section in file.sections().filter(|section| section.size() > 0) {
+        match section.kind() {
+            SectionKind::UninitializedData => ram += section.size(),
+            SectionKind::Data => (ram, code) = (ram + section.size(), code + section.size()),
+            SectionKind::Text | SectionKind::ReadOnlyData => code += section.size(),
+            _ => {}
+        }
+    }
+    println!("code {code} of {VA41630_CODE} bytes, static RAM {ram} of {}", VA41630_RAM.end - VA41630_RAM.start);
+    assert!(code > 40_000 && ram > 7_000, "it was linked with all of it");
+    assert!(code <= VA41630_CODE && ram + STACK <= VA41630_RAM.end - VA41630_RAM.start);
 }

@@ -7,8 +7,8 @@ use meerkat_mwd::{
     probe::Output,
     survey::{DrillingDynamics, SlidingToolface, SurveyReport, VibrationDose},
     telemetry::{
-        Acknowledgement, AttitudeFrame, Boot, BurstPart, Command, Health, Identification, Key, Kind, MAX_FRAME,
-        MAX_PAYLOAD, Payload, ProbeId, RawSample, authenticate, encode_frame, encode_payload,
+        Acknowledgement, AttitudeFrame, Boot, BurstPart, Command, Health, Identification, ImagePart, Key, Kind,
+        MAX_FRAME, MAX_PAYLOAD, Payload, ProbeId, ProgramReport, RawSample, authenticate, encode_frame, encode_payload,
     },
 };
 use mwd::target::{deadline, toolchain::workspace};
@@ -118,6 +118,7 @@ fn messages() -> Line {
     line.send::<SlidingToolface>("SlidingToolface");
     line.send::<VibrationDose>("VibrationDose");
     line.send::<BurstPart>("BurstPart");
+    line.send::<ProgramReport>("ProgramReport");
     line.send::<Command>("Command");
     let key = Key::new(&std::array::from_fn(|i| (i * 37 + 11) as u8), ProbeId([7; 12])).unwrap();
     let mut room = [0; MAX_PAYLOAD];
@@ -126,6 +127,12 @@ fn messages() -> Line {
     let command = json!({"StationarySurvey": {"within_s": 300}});
     let value = json!({"counter": counter, "code": payload[8..24], "command": command});
     line.put(Kind::AuthenticatedCommand, payload, "AuthenticatedCommand", value);
+    let image: Vec<u8> = (0..ImagePart::BYTES).map(|k| (k * 7) as u8).collect();
+    for bytes in [&image[..], &image[..3]] {
+        let part = ImagePart { offset: 70_000, bytes };
+        let value = serde_json::to_value(part).unwrap();
+        line.put(Kind::ImagePart, encode_payload(&part, &mut room).unwrap(), "ImagePart", value);
+    }
     line
 }
 
@@ -185,7 +192,8 @@ fn both_decoders_read_every_message() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut spoilt = vec![];
         for _ in 0..3_000 {
-            let kind = Kind::of_number([1, 5, 7, 8, 10, 11, 13, 14, 64, 65][random.next_u32() as usize % 10]).unwrap();
+            let kind =
+                Kind::of_number([1, 5, 7, 8, 10, 11, 13, 14, 15, 64, 65, 66][random.next_u32() as usize % 12]).unwrap();
             let length = random.next_u32() as usize % 400;
             let mut payload = bytes(&mut random);
             payload[..20].iter_mut().for_each(|byte| *byte = random.next_u32() as u8);

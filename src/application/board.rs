@@ -1,6 +1,6 @@
 //! Board: all that the application needs of a chip.
 
-use super::{Acquired, AcquisitionCounts, Stage};
+use super::{Acquired, AcquisitionCounts, ProgramUpdate, Stage};
 use crate::{
     storage::FactoryRecord,
     telemetry::{CommandRefusal, ProbeId, ResetReason},
@@ -58,6 +58,14 @@ pub trait Board {
     fn provision(&mut self, _record: &FactoryRecord, _only_check: bool) -> Result<(), CommandRefusal> {
         Err(CommandRefusal::NotSupported)
     }
+
+    /// Receiver of another program; `None`, as here, for a board that runs one for ever.
+    fn program_update(&mut self) -> Option<&mut dyn ProgramUpdate> {
+        None
+    }
+
+    /// Starts the chip anew, after a command that is refused unless [`Board::program_update`] gives something.
+    fn restart(&mut self) {}
 
     /// Notes that a stage begins, for boards that simulate a hang in it; the others do nothing.
     fn enter(&mut self, _stage: Stage) {}

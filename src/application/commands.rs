@@ -3,10 +3,11 @@
 use super::{Application, Board, Statics, log::info, memory::refusal};
 use crate::{
     config::{Config, ConfigError},
+    storage::Image,
     survey::StationaryState,
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
-        FrameDecoder, Judgement, Key, LinkCounters, Outcome, Recording, SelfTest, Situation,
+        FrameDecoder, Judgement, Key, Kind, LinkCounters, Outcome, Recording, SelfTest, Situation,
     },
 };
 use heapless::Vec;
@@ -96,9 +97,15 @@ impl<B: Board> Application<'_, B> {
     fn take(&mut self, now_us: u64, byte: u8) -> bool {
         // A probe that is not known to stand still may be drilling.
         let drilling = !self.statics.surveyor.stands_still(now_us);
-        let Statics { commands, memory, .. } = &mut self.statics;
+        let Statics { commands, memory, line, .. } = &mut self.statics;
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
+        if frame.kind == Kind::ImagePart.number() {
+            if let Some(answer) = Self::take_part(&mut self.board, &frame) {
+                line.acknowledge(now_us, &answer);
+            }
+            return true;
+        }
         let situation = Situation { now_us, drilling };
         let judgement = match memory {
             Some(memory) => gate.judge(&frame, situation, *memory),
@@ -167,6 +174,11 @@ impl<B: Board> Application<'_, B> {
                     self.restarted();
                 }
             }
+            Command::BeginUpdate { number, length, digest } => {
+                self.begin_update(&Image { number: *number, length: *length, digest: *digest })?;
+            }
+            Command::FinishUpdate => self.finish_update()?,
+            Command::Restart => self.restart(now_us)?,
             Command::SendVibration => {
                 line.dose();
                 burst.send();

@@ -10,8 +10,8 @@ use crate::{
     probe::Output,
     survey::{SurveyNews, Surveyor},
     telemetry::{
-        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, SelfTest, StreamConfig,
-        TelemetryQueue,
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, ProgramReport, SelfTest,
+        StreamConfig, TelemetryQueue,
     },
 };
 use heapless::Vec;
@@ -169,6 +169,12 @@ impl Line {
     #[inline(never)]
     pub(super) fn health(&mut self, now_us: u64, health: &Health) {
         let _ = self.queue.push_result(now_us, health);
+    }
+
+    /// Sends which program runs, as [`Self::health`] does.
+    #[inline(never)]
+    pub(super) fn program(&mut self, now_us: u64, program: &ProgramReport) {
+        let _ = self.queue.push_result(now_us, program);
     }
 
     /// Gives the board as many bytes as it takes, of one frame at most, so that the call's time is bounded.

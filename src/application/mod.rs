@@ -10,10 +10,12 @@ mod factory;
 mod line;
 mod log;
 mod memory;
+mod program_update;
 mod reports;
 #[cfg(feature = "bus")]
 mod sensors;
 mod stage;
+mod update;
 
 pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
 pub use board::Board;
@@ -23,9 +25,11 @@ pub use delay::{Delays, LATE_US};
 pub use factory::{factory_config, factory_records, factory_survey, provision};
 pub use line::Line;
 pub use memory::Memory;
+pub use program_update::{ProgramUpdate, Updater};
 #[cfg(feature = "bus")]
 pub use sensors::{Sensors, data_sheet};
 pub use stage::Stage;
+pub use update::PROVEN_US;
 
 use crate::{
     Config, Probe,
@@ -121,6 +125,10 @@ pub struct Application<'a, B: Board> {
     health_us: u64,
     /// When the last round began.
     round_us: u64,
+    /// When the program restarts, if a command has asked for it.
+    restart_us: Option<u64>,
+    /// Attempts to confirm the program.
+    confirmations: u8,
     counts: Counts,
 }
 
@@ -156,6 +164,8 @@ impl<'a, B: Board> Application<'a, B> {
             // The first report is the boot's, at the first sample; without a sample it is this one.
             health_us: SILENT_US,
             round_us: 0,
+            restart_us: None,
+            confirmations: 0,
             counts: Counts::default(),
         })
     }
@@ -196,6 +206,7 @@ impl<'a, B: Board> Application<'a, B> {
         line.clock_went_back();
         commands.recording.stop(true);
         self.health_us = now_us;
+        self.restart_us = self.restart_us.map(|_| now_us);
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -303,6 +314,7 @@ impl<'a, B: Board> Application<'a, B> {
         if now_us >= self.health_us || !self.statics.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
             self.report_health(now_us);
+            self.report_program(now_us);
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
@@ -312,6 +324,7 @@ impl<'a, B: Board> Application<'a, B> {
             self.report_boot(now_us);
         }
         self.statics.line.transmit(&mut self.board);
+        self.go_on_updating();
     }
 
     #[inline(never)]
@@ -337,6 +350,7 @@ impl<'a, B: Board> Application<'a, B> {
         if self.progress.take_if_whole() {
             self.board.feed_watchdog();
             self.counts.watchdog_fed = self.counts.watchdog_fed.wrapping_add(1);
+            self.confirm_program();
         }
     }
 }

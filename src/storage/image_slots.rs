@@ -155,6 +155,11 @@ impl<F: NorFlash> ImageSlots<F> {
         self.slot_bytes() - MARK_GRANULES * GRANULE as u32
     }
 
+    /// Returns the whole image of a slot, and true if it is confirmed. Every byte of it is read.
+    pub fn image(&mut self, slot: Slot) -> Option<(Image, bool)> {
+        self.held(slot).map(|held| (held.image, held.is_confirmed))
+    }
+
     /// Decides which image is started. An untried image is marked as tried before it is returned, and is not tried if
     /// the mark cannot be written. `None`: there is no whole image.
     #[inline(never)]

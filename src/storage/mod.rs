@@ -78,6 +78,8 @@ mod little_endian;
 mod model_history;
 mod model_store;
 mod plausibility;
+#[cfg(feature = "async-storage")]
+mod polled_flash;
 mod preparation;
 mod provisioning;
 mod record;
@@ -99,6 +101,8 @@ pub use learnt_parts::LearntProgress;
 pub use model_history::ModelHistory;
 pub use model_store::{ModelStore, Progress, StoreCounts};
 pub use plausibility::{Implausible, Limits};
+#[cfg(feature = "async-storage")]
+pub use polled_flash::{PolledError, PolledFlash};
 pub use preparation::{NotDrilling, Preparation};
 pub use provisioning::Provisioning;
 pub use restoration::{Outcome, Restoration};

@@ -29,8 +29,8 @@ pub use frame::{
 };
 #[cfg(feature = "telemetry")]
 pub use payload::{
-    AttitudeFrame, Boot, BurstPart, CompactAngles, Health, Identification, Message, Payload, PayloadError, ProbeId,
-    RawSample, ResetReason, SelfTest,
+    AttitudeFrame, Boot, BurstPart, CompactAngles, Health, Identification, ImagePart, Message, Payload, PayloadError,
+    ProbeId, ProgramReport, RawSample, ResetReason, SelfTest,
 };
 #[cfg(feature = "telemetry")]
 pub use queue::{AttitudeFormat, LineCounters, PushError, StreamConfig, TelemetryQueue};

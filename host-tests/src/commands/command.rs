@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Time that a probe may take to say which it is.
-const HEALTH: Duration = Duration::from_secs(10);
+pub(super) const HEALTH: Duration = Duration::from_secs(10);
 
 /// Options of `command`.
 #[derive(Debug, Clone, Args)]
@@ -199,17 +199,7 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
         (Some(_), Some(probe)) => probe,
         (Some(_), None) => heard(&mut line, deadline)?,
     };
-    let mut answer = send(&mut line, &command, key.as_mut(), probe, deadline)?;
-    // The probe has seen a higher counter, from another host: send once more, counting from there.
-    if let (
-        Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
-        Some(key),
-    ) = (&answer, &mut key)
-    {
-        key.set_latest(*latest)?;
-        answer = send(&mut line, &command, Some(key), probe, deadline)?;
-    }
-    match answer {
+    match send_counting(&mut line, &command, key.as_mut(), probe, deadline)? {
         Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
         Outcome::Refused(reason) => Err(Failure::BadInput(format!("the probe refused: {reason}")).into()),
         _ => Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
@@ -238,7 +228,7 @@ pub(super) fn heard(line: &mut Line, deadline: Duration) -> anyhow::Result<Probe
 }
 
 /// Reads the line until `is_it` finds a message; else says how much came.
-fn listen<T>(
+pub(super) fn listen<T>(
     line: &mut Line,
     deadline: Duration,
     is_it: impl Fn(Message) -> Option<T>,
@@ -261,6 +251,30 @@ fn listen<T>(
     }
     let heard = decoder.counters();
     Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
+}
+
+/// Sends a command, once more if the probe has seen a higher counter from another host, and waits for the answer.
+///
+/// # Errors
+/// The line failed, or no answer came.
+pub(super) fn send_counting(
+    line: &mut Line,
+    command: &Command,
+    mut key: Option<&mut KeyFile>,
+    probe: ProbeId,
+    deadline: Duration,
+) -> anyhow::Result<Outcome> {
+    let answer = send(line, command, key.as_deref_mut(), probe, deadline)?;
+    match (&answer, key) {
+        (
+            Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
+            Some(key),
+        ) => {
+            key.set_latest(*latest)?;
+            send(line, command, Some(key), probe, deadline)
+        }
+        _ => Ok(answer),
+    }
 }
 
 /// Sends a command and waits for the answer.
@@ -286,15 +300,27 @@ pub(super) fn send(
         }
         None => frame_of(command, sequence)?,
     };
-    line.write(&frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
-    let answered = listen(line, deadline, |message| match message {
-        Message::Acknowledgement(answer) if answer.sequence == sequence => Some(answer.outcome),
-        _ => None,
-    })?;
-    answered.map_err(|counters| {
+    exchange(line, &frame, sequence, deadline)?.map_err(|counters| {
         let seconds = deadline.as_secs();
         let what =
             format!("no answer within {seconds} s ({counters}): whether the command was carried out is not known");
         Failure::Missing(what).into()
+    })
+}
+
+/// Sends a frame and waits for the answer to its sequence number; else says how much came.
+///
+/// # Errors
+/// The line failed.
+pub(super) fn exchange(
+    line: &mut Line,
+    frame: &[u8],
+    sequence: u16,
+    deadline: Duration,
+) -> anyhow::Result<Result<Outcome, String>> {
+    line.write(frame).map_err(|e| Failure::Missing(format!("the command could not be sent: {e}")))?;
+    listen(line, deadline, |message| match message {
+        Message::Acknowledgement(answer) if answer.sequence == sequence => Some(answer.outcome),
+        _ => None,
     })
 }

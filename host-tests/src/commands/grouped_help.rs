@@ -8,7 +8,7 @@ use clap::{Command, builder::StyledStr};
 pub const GROUPS: [(&str, &[&str]); 5] = [
     ("With a recording", &["import", "replay", "diagnose", "calibrate", "survey"]),
     ("With many recordings", &["batch", "fleet"]),
-    ("With a probe on a line", &["record", "monitor", "command", "provision"]),
+    ("With a probe on a line", &["record", "monitor", "command", "provision", "update"]),
     ("Without either", &["simulate", "emulate", "bench"]),
     ("To look up", &["field", "man", "completions", "help"]),
 ];

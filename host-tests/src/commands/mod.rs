@@ -24,6 +24,7 @@ mod same_file;
 pub mod simulate;
 mod survey;
 mod toml_file;
+mod update;
 
 use std::{ffi::OsString, io, process::ExitCode};
 
@@ -122,6 +123,11 @@ pub enum Command {
         after_help = "Examples:\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --calibration calibration.toml --serial 17 --toolface-offset 12.5 --key probe.key\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --key probe.key --check"
     )]
     Provision(provision::ProvisionArgs),
+    /// Send another program into a probe, start it on trial, and wait until it has confirmed itself
+    #[command(
+        after_help = "Examples:\n  cargo mwd update /dev/ttyUSB0 --baud 115200 --image probe.elf --number 2 --key probe.key"
+    )]
+    Update(update::UpdateArgs),
     /// Print a place's reference field and gravity as a configuration
     #[command(
         after_help = "Examples:\n  cargo mwd field --latitude 60.4 --longitude 5.3 --date 2026-06-01 > field.toml"
@@ -208,6 +214,7 @@ fn dispatch(cli: &Cli) -> anyhow::Result<()> {
         Some(Command::Monitor(args)) => monitor::run(args),
         Some(Command::Command(args)) => command::run(args),
         Some(Command::Provision(args)) => provision::run(args),
+        Some(Command::Update(args)) => update::run(args),
         Some(Command::Field(args)) => field::run(args),
         Some(Command::Survey(args)) => survey::run(args),
         Some(Command::Completions(args)) => completions::run(args),

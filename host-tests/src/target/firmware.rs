@@ -23,6 +23,8 @@ pub enum Board {
     Trace,
     /// The emulated STM32F405 in real time.
     Emulated,
+    /// The emulated MPS2 in real time, whose loader starts one of two images.
+    Updatable,
     /// A real STM32F405.
     Stm32f405,
     /// A real nRF52840.
@@ -36,6 +38,7 @@ impl Board {
     #[must_use]
     pub fn chip(self, toolchain: &Toolchain) -> ChipMemory {
         match self {
+            Self::Updatable => image::MPS2,
             Self::Nrf52840 => image::NRF52840,
             Self::Trace | Self::Emulated if toolchain.ccm_is_behind_sram() => image::STM32F405_CCM_BEHIND_SRAM,
             _ => image::STM32F405,
@@ -57,6 +60,7 @@ pub fn build_firmware(toolchain: &Toolchain, board: Board) -> Result<Firmware, E
     cargo.arg(match board {
         Board::Trace => "board-trace",
         Board::Emulated => "board-emulated",
+        Board::Updatable => "board-updatable",
         Board::Stm32f405 => "board-stm32f405",
         Board::Nrf52840 => "board-nrf52840",
         Board::Bare => "board-bare",

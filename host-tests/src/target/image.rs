@@ -1,6 +1,8 @@
 //! Memory of the chip that a firmware needs, read from its ELF file.
 
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf};
+use object::{
+    Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, SymbolKind, elf, read::elf::ProgramHeader,
+};
 use std::{collections::BTreeSet, fmt};
 
 /// Start of the STM32F405's flash (data sheet DS8626, memory map).
@@ -59,6 +61,15 @@ pub const STM32F405: ChipMemory = ChipMemory {
 /// STM32F405 as QEMU before 8.0 emulates it.
 pub const STM32F405_CCM_BEHIND_SRAM: ChipMemory =
     ChipMemory { stack_top: RAM_START + STM32F405.ram_bytes + CCM_BYTES, ..STM32F405 };
+
+/// MPS2 with the image AN386, as `src/bin/probe/mps2.x` divides its memory.
+pub const MPS2: ChipMemory = ChipMemory {
+    flash_start: 0x1_0000,
+    flash_bytes: 1024 * 1024 - 512,
+    ram_bytes: 192 * 1024,
+    stack_top: RAM_START + 256 * 1024,
+    stack_bytes: Some(CCM_BYTES - BELOW_THE_STACK_BYTES),
+};
 
 /// nRF52840 (product specification v1.7).
 pub const NRF52840: ChipMemory = ChipMemory {
@@ -231,6 +242,29 @@ impl<'elf> Image<'elf> {
         };
         // The lowest bit marks Thumb code.
         self.file.symbols().filter(is_one).map(|symbol| symbol.address() & !1).collect()
+    }
+
+    /// Bytes of the flash as they are when the image stands in it, from its first section to its last.
+    ///
+    /// # Errors
+    /// The file ends before its sections do.
+    pub fn loaded(&self) -> Result<Vec<u8>, ImageError> {
+        let mut segments = Vec::new();
+        for header in self.file.elf_program_headers() {
+            let endian = self.file.endian();
+            if header.p_type.get(endian) == elf::PT_LOAD && header.p_filesz.get(endian) > 0 {
+                let bytes = header.data(endian, self.file.data()).map_err(|()| ImageError::NoVectorTable)?;
+                segments.push((header.p_paddr.get(endian) as usize, bytes));
+            }
+        }
+        segments.sort_unstable_by_key(|(address, _)| *address);
+        let mut loaded = Vec::new();
+        let start = segments.first().map_or(0, |(address, _)| *address);
+        for (address, bytes) in segments {
+            loaded.resize(address - start, 0xFF);
+            loaded.extend_from_slice(bytes);
+        }
+        Ok(loaded)
     }
 
     /// Stack pointer, reset address and place of the vector table.

@@ -17,6 +17,9 @@ use meerkat_mwd::{
 };
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
 
+/// The machine that a loader runs on.
+const MPS2: &str = "mps2-an386";
+
 /// Identity that the emulated board states.
 pub const PROBE: ProbeId = ProbeId(*b"emulated 405");
 
@@ -53,6 +56,8 @@ pub struct RealTime {
     /// Time of an instruction: 2 to this power nanoseconds. 3 is 125 million instructions a second, 1.34
     /// cycles of 168 MHz each; 4 is 2.7 cycles each, slower than the chip.
     pub instruction_time: u8,
+    /// Whether a loader on the MPS2 starts one of the images of `images.bin`, instead of the program alone.
+    pub by_loader: bool,
 }
 
 impl Default for RealTime {
@@ -66,6 +71,7 @@ impl Default for RealTime {
             hang: None,
             power_cut_after: None,
             instruction_time: 3,
+            by_loader: false,
         }
     }
 }
@@ -151,10 +157,11 @@ impl RealTime {
     pub fn emulator(&self, directory: &Path, toolchain: &Toolchain, serial: &str) -> Command {
         let mut qemu = Command::new(&toolchain.qemu);
         qemu.current_dir(directory);
-        qemu.args(["-machine", toolchain.machine, "-icount"]);
+        let (machine, program) = if self.by_loader { (MPS2, "loader") } else { (toolchain.machine, "probe") };
+        qemu.args(["-machine", machine, "-icount"]);
         qemu.arg(format!("shift={},sleep=off", self.instruction_time));
         qemu.args(["-display", "none", "-monitor", "none", "-serial", serial]);
-        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", "probe"]);
+        qemu.args(["-semihosting-config", "enable=on,target=native", "-kernel", program]);
         qemu
     }
 }

@@ -16,6 +16,7 @@ use mwd::{
     simulate::{Scenario, simulate},
     target::{
         firmware::{Board, Firmware, build_firmware},
+        machine::build_program,
         real_time::{PROBE, RealTime},
         toolchain::Toolchain,
     },
@@ -68,11 +69,33 @@ pub struct LiveProbe {
 impl LiveProbe {
     /// With a flash that was never written. `None`: there is no emulator.
     pub fn new() -> Option<Self> {
+        Self::with(Board::Emulated)
+    }
+
+    /// One that a loader starts from one of two images, which are still to be written. `None`: there is no emulator.
+    pub fn updatable() -> Option<Self> {
+        let probe = Self::with(Board::Updatable)?;
+        let loader = build_program(&probe.toolchain, "loader").unwrap();
+        fs::copy(loader, probe.at("loader")).unwrap();
+        Some(probe)
+    }
+
+    fn with(board: Board) -> Option<Self> {
         let toolchain = toolchain()?;
-        let firmware = build_firmware(&toolchain, Board::Emulated).unwrap();
+        let firmware = build_firmware(&toolchain, board).unwrap();
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("flash.bin"), vec![0xFF; FLASH_BYTES]).unwrap();
         Some(Self { toolchain, firmware, directory, qemu: None })
+    }
+
+    /// The ELF file of its program.
+    pub fn elf(&self) -> &[u8] {
+        &self.firmware.elf
+    }
+
+    /// Waits for the emulator to end by itself; returns its exit status.
+    pub fn ended(&mut self) -> Option<i32> {
+        self.qemu.take().unwrap().wait().unwrap().code()
     }
 
     pub fn at(&self, name: &str) -> String {
@@ -191,6 +214,14 @@ impl Host {
             self.heard.extend(&buffer[..count]);
         }
         panic!("in vain: {what}");
+    }
+
+    /// Reads what there is; returns false once the line has ended.
+    pub fn is_there(&mut self) -> bool {
+        match self.stream.read(&mut [0; 4096]) {
+            Ok(count) => count > 0,
+            Err(error) => matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
+        }
     }
 
     /// Listens through the drilling and until a survey was taken at rest. Returns the latest window whose fit

@@ -18,4 +18,5 @@ mod provisioning;
 mod received;
 mod recorded;
 mod slow_line;
+mod update;
 mod watchdog;

@@ -8,8 +8,10 @@ use embedded_hal::{
     spi::{self, Operation, SpiDevice},
 };
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use meerkat_mwd::storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError, StoredModel};
-use std::{cell::RefCell, convert::Infallible, rc::Rc};
+use meerkat_mwd::storage::{
+    ModelStore, NotDrilling, Outcome, PolledError, PolledFlash, Preparation, StorageError, StoredModel,
+};
+use std::{cell::RefCell, convert::Infallible, future::poll_fn, rc::Rc, task::Poll};
 use w25q32jv::{Error, W25q32jv};
 
 const PAGE: usize = 256;
@@ -167,6 +169,56 @@ impl NorFlash for Nor {
     }
 }
 
+/// The wires, asynchronous: each transfer is under way once before it is done, as one by a DMA.
+struct AsyncBus(Bus);
+
+impl spi::ErrorType for AsyncBus {
+    type Error = NoAnswer;
+}
+
+impl embedded_hal_async::spi::SpiDevice for AsyncBus {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), NoAnswer> {
+        let mut under_way = false;
+        poll_fn(|_| if std::mem::replace(&mut under_way, true) { Poll::Ready(()) } else { Poll::Pending }).await;
+        self.0.transaction(operations)
+    }
+}
+
+/// The same driver's asynchronous side, with the same care for `erase`.
+struct AsyncNor(W25q32jv<AsyncBus, Tied, Tied>);
+
+impl ErrorType for AsyncNor {
+    type Error = Error<NoAnswer, Infallible>;
+}
+
+impl embedded_storage_async::nor_flash::ReadNorFlash for AsyncNor {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        self.0.read_async(offset, bytes).await
+    }
+
+    fn capacity(&self) -> usize {
+        BYTES
+    }
+}
+
+impl embedded_storage_async::nor_flash::NorFlash for AsyncNor {
+    const WRITE_SIZE: usize = 1;
+    const ERASE_SIZE: usize = SECTOR;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        for sector in from / SECTOR as u32..to / SECTOR as u32 {
+            self.0.erase_sector_async(sector).await?;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.0.write_async(offset, bytes).await
+    }
+}
+
 type Store = ModelStore<Nor, 3>;
 
 /// The store as after power-up, and its bus.
@@ -233,4 +285,45 @@ fn a_power_cut_at_any_change_of_an_external_flash_leaves_one_model_or_the_other(
     }
     println!("{cuts} cuts, {erasures} models that had to erase");
     assert!(erasures >= 3 && cuts > 500);
+}
+
+/// The asynchronous driver leaves in the part, to the byte, what the blocking one does, and a store finds it again; a
+/// flash that is not ready in time is an error and nothing worse.
+#[test]
+fn an_asynchronous_flash_holds_what_a_blocking_one_does() {
+    let wires = || Bus(Rc::new(RefCell::new(Part::new())));
+    let driver = |bus: &Bus| W25q32jv::new(AsyncBus(bus.clone()), Tied, Tied).unwrap();
+    let (bus, other) = (wires(), wires());
+    let mut polled = ModelStore::<_, 3>::open(PolledFlash::new(AsyncNor(driver(&bus)), 100), limits()).unwrap();
+    let mut blocking =
+        ModelStore::<_, 3>::open(Nor(W25q32jv::new(other.clone(), Tied, Tied).unwrap()), limits()).unwrap();
+    while polled.prepare(NotDrilling::PowerUp).unwrap() == Preparation::More {}
+    while blocking.prepare(NotDrilling::PowerUp).unwrap() == Preparation::More {}
+    let mut dice = Dice::new(27);
+    for t_us in 1..300_u64 {
+        let model = dice.model(1, 0, t_us);
+        for counter in [t_us] {
+            if matches!(polled.store_counter(counter), Err(StorageError::Full)) {
+                while polled.prepare(NotDrilling::Command).unwrap() == Preparation::More {}
+                polled.store_counter(counter).unwrap();
+            }
+            if matches!(blocking.store_counter(counter), Err(StorageError::Full)) {
+                while blocking.prepare(NotDrilling::Command).unwrap() == Preparation::More {}
+                blocking.store_counter(counter).unwrap();
+            }
+        }
+        assert_eq!(polled.store_model(&model).is_ok(), blocking.store_model(&model).is_ok(), "{t_us}");
+        assert!(bus.0.borrow().bytes == other.0.borrow().bytes, "{t_us}");
+    }
+    assert!(bus.0.borrow().erases > 12, "it went round");
+    let found = |part: &Bus| {
+        let mut store = open(&part.0.borrow().clone()).0;
+        (newest(&mut store), store.read_counter())
+    };
+    assert_eq!(found(&bus), found(&other));
+    assert!(found(&bus).0.is_some());
+
+    let mut hasty = PolledFlash::new(AsyncNor(driver(&bus)), 1);
+    let mut byte = [0];
+    assert!(matches!(ReadNorFlash::read(&mut hasty, 0, &mut byte), Err(PolledError::NotReady)));
 }

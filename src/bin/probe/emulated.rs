@@ -3,11 +3,17 @@
 //! through USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so
 //! a run is the same every time and an hour of it takes about as long as its work.
 //!
+//! With the feature `board-updatable` it is the MPS2 that is emulated: a loader starts one of two images of the program.
+//!
 //! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in; `flash.bin` and `factory.bin` are the
 //! flash. When the sensors' file is over the program prints what it has counted, a `key = value` a line, and ends.
 
+#[cfg(feature = "board-updatable")]
+mod apb_watchdog;
 mod boot;
 mod flash;
+#[cfg(feature = "board-updatable")]
+mod images;
 mod log;
 mod sensors;
 mod serial;
@@ -28,6 +34,8 @@ use core::mem::MaybeUninit;
 use cortex_m::{Peripherals, peripheral::SCB};
 use cortex_m_rt::{entry, exception};
 use flash::{FACTORY, FileFlash, MODELS};
+#[cfg(feature = "board-updatable")]
+use images::Images;
 use meerkat_mwd::{
     Probe,
     application::{
@@ -38,6 +46,11 @@ use meerkat_mwd::{
     storage::FactoryRecord,
     survey::Surveyor,
     telemetry::{CommandRefusal, ProbeId, ResetReason},
+};
+#[cfg(feature = "board-updatable")]
+use meerkat_mwd::{
+    application::{ProgramUpdate, Updater},
+    storage::ImageSlots,
 };
 use semihosting::process;
 use sensors::Modelled;
@@ -121,7 +134,16 @@ fn start(
     let serial = Serial::start(boot.settings.stream.bytes_per_s);
     // A hang is simulated once, after power-up.
     let hang = if reset_reason == ResetReason::PowerOn { boot.hang } else { None };
-    let board = Emulated { samples, serial, reset_reason, hang, acquired: 0, factory };
+    let board = Emulated {
+        samples,
+        serial,
+        reset_reason,
+        hang,
+        acquired: 0,
+        factory,
+        #[cfg(feature = "board-updatable")]
+        updater: updater(),
+    };
     if let Some(flash) = FileFlash::open(MODELS, boot.power_cut_after) {
         statics.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
     }
@@ -132,6 +154,14 @@ fn start(
     Ok((application, boot.sensors))
 }
 
+/// Receiver of another image; `None`: nobody has loaded this one.
+#[cfg(feature = "board-updatable")]
+#[inline(never)]
+fn updater() -> Option<Updater<Images>> {
+    let running = images::running()?;
+    Some(Updater::new(ImageSlots::new(Images::open()?).ok()?, running))
+}
+
 struct Emulated {
     samples: SampleConsumer<'static>,
     serial: Serial,
@@ -140,6 +170,8 @@ struct Emulated {
     acquired: u32,
     /// Factory's region; `None`: there is none, and the probe starts with the settings of `boot.bin`.
     factory: Option<FileFlash>,
+    #[cfg(feature = "board-updatable")]
+    updater: Option<Updater<Images>>,
 }
 
 impl Board for Emulated {
@@ -170,6 +202,9 @@ impl Board for Emulated {
     }
 
     fn idle(&mut self) {
+        if self.serial.take_activity() {
+            return;
+        }
         // With interrupts masked, one that comes between the check and the sleep still wakes the core.
         cortex_m::interrupt::free(|_| {
             if self.samples.is_empty() && !sensors::are_over() {
@@ -197,6 +232,16 @@ impl Board for Emulated {
 
     fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         provision(self.factory.as_mut().ok_or(CommandRefusal::NotSupported)?, record, only_check)
+    }
+
+    #[cfg(feature = "board-updatable")]
+    fn program_update(&mut self) -> Option<&mut dyn ProgramUpdate> {
+        self.updater.as_mut().map(|updater| updater as &mut dyn ProgramUpdate)
+    }
+
+    #[cfg(feature = "board-updatable")]
+    fn restart(&mut self) {
+        SCB::sys_reset()
     }
 
     fn enter(&mut self, stage: Stage) {

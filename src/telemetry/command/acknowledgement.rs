@@ -72,6 +72,20 @@ pub enum CommandRefusal {
     ModelImplausible,
     /// The factory has written another such record, or has closed the probe with the key.
     AlreadyProvisioned,
+    /// The image's number is not above those of the images that are there.
+    ImageNotNewer {
+        /// Highest number that is there.
+        stored: u32,
+    },
+    /// The image is empty or does not fit.
+    ImageSize,
+    /// The bytes are not the image's next ones.
+    NotTheNext {
+        /// Offset of the next bytes.
+        expected: u32,
+    },
+    /// What was received is not the image that was announced.
+    NotTheImage,
 }
 
 impl core::fmt::Display for CommandRefusal {
@@ -92,6 +106,10 @@ impl core::fmt::Display for CommandRefusal {
             Self::NotSupported => f.write_str("this probe cannot"),
             Self::ModelImplausible => f.write_str("the model is beyond the limits of any that may fly"),
             Self::AlreadyProvisioned => f.write_str("the factory's record is another, or the probe is closed"),
+            Self::ImageNotNewer { stored } => write!(f, "it has an image of number {stored}; a new one must be above"),
+            Self::ImageSize => f.write_str("the image is empty or does not fit"),
+            Self::NotTheNext { expected } => write!(f, "the image's next bytes are those from {expected} on"),
+            Self::NotTheImage => f.write_str("what it received is not the image that was announced"),
         }
     }
 }

@@ -99,6 +99,23 @@ pub enum Command {
     /// bytes, go before attitudes; and it is refused while drilling, because a worse second could replace the samples
     /// meanwhile.
     SendVibration,
+    /// Get ready to receive an image of the program beside the one that runs. It erases what was there, one block
+    /// between two samples; until then parts are refused as busy. Only this command has the key in an update's
+    /// transfer: the digest in it stands for every byte.
+    BeginUpdate {
+        /// Number of the image, above those of the images that are there.
+        number: u32,
+        /// Length, bytes.
+        length: u32,
+        /// BLAKE2s-256 of the image.
+        digest: [u8; 32],
+    },
+    /// Compare the received image with its digest; the next start takes it on trial. For as long as that takes, a part
+    /// of a second, no sample is flown.
+    FinishUpdate,
+    /// Start anew, as after a loss of power. A new image is tried then; it confirms itself when every stage of the
+    /// program has gone on for half a minute, and unless it has, the start after it takes the image before.
+    Restart,
 }
 
 /// Earlier model to fly.
@@ -139,14 +156,26 @@ impl Command {
             | Self::StopRecording
             | Self::StationarySurvey { .. }
             | Self::Provision { .. }
-            | Self::SendVibration => false,
+            | Self::SendVibration
+            | Self::BeginUpdate { .. }
+            | Self::FinishUpdate
+            | Self::Restart => false,
         }
     }
 
-    /// Returns true if the command needs authentication: it changes calibration, or can keep attitudes from the line.
+    /// Returns true if the command changes the program that runs.
+    #[must_use]
+    pub const fn changes_the_program(&self) -> bool {
+        matches!(self, Self::BeginUpdate { .. } | Self::FinishUpdate | Self::Restart)
+    }
+
+    /// Returns true if the command needs authentication: it changes calibration or the program, or can keep attitudes
+    /// from the line.
     #[must_use]
     pub const fn needs_the_key(&self) -> bool {
-        self.changes_calibration() || matches!(self, Self::ConfigureStream(_) | Self::SendVibration)
+        self.changes_calibration()
+            || self.changes_the_program()
+            || matches!(self, Self::ConfigureStream(_) | Self::SendVibration)
     }
 
     /// Returns true if the probe sends one report beside the answer: a boot, a survey or its health.
@@ -158,7 +187,7 @@ impl Command {
     /// Returns true if the command has to wait until the tool is not drilling.
     #[must_use]
     pub const fn needs_a_pause(&self) -> bool {
-        self.changes_calibration() || matches!(self, Self::SelfTest | Self::SendVibration)
+        self.changes_calibration() || self.changes_the_program() || matches!(self, Self::SelfTest | Self::SendVibration)
     }
 
     /// Checks every number of the command; `now_us` is the probe's time.
@@ -181,7 +210,10 @@ impl Command {
             | Self::RollBackModel { .. }
             | Self::Erase { .. }
             | Self::Provision { .. }
-            | Self::SendVibration => Ok(()),
+            | Self::SendVibration
+            | Self::FinishUpdate
+            | Self::Restart => Ok(()),
+            Self::BeginUpdate { length, .. } => check(*length > 0, "length", "above 0"),
         }
     }
 }

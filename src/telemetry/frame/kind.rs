@@ -35,10 +35,16 @@ pub enum Kind {
     Dose = 13,
     /// Part of the raw samples of the second with the most vibration: [`BurstPart`](crate::telemetry::BurstPart).
     Burst = 14,
+    /// The program that runs, on a probe that takes another over the line:
+    /// [`ProgramReport`](crate::telemetry::ProgramReport).
+    Program = 15,
     /// To the probe: a command that anybody may give.
     Command = 64,
     /// To the probe: a command with counter and authentication.
     AuthenticatedCommand = 65,
+    /// To the probe: bytes of a program's image, [`ImagePart`](crate::telemetry::ImagePart). One that was not announced
+    /// by a command with the key is ignored.
+    ImagePart = 66,
 }
 
 impl Kind {
@@ -60,8 +66,10 @@ impl Kind {
             12 => Self::Toolface,
             13 => Self::Dose,
             14 => Self::Burst,
+            15 => Self::Program,
             64 => Self::Command,
             65 => Self::AuthenticatedCommand,
+            66 => Self::ImagePart,
             _ => return None,
         })
     }
@@ -81,7 +89,7 @@ mod tests {
     #[test]
     fn a_number_means_one_kind() {
         let known: std::vec::Vec<u8> = (0..=255).filter(|&number| Kind::of_number(number).is_some()).collect();
-        assert_eq!(known.len(), 16);
+        assert_eq!(known.len(), 18);
         assert!(known.iter().all(|&number| Kind::of_number(number).map(Kind::number) == Some(number)));
     }
 }

@@ -1,6 +1,6 @@
 //! Messages of a probe, as a host decodes them from frames.
 
-use super::{AttitudeFrame, Boot, BurstPart, Health, Identification, RawSample};
+use super::{AttitudeFrame, Boot, BurstPart, Health, Identification, ProgramReport, RawSample};
 use crate::{
     diagnosis::DiagnosisReport,
     magnet::HardIronInterval,
@@ -42,6 +42,8 @@ pub enum Message {
     Dose(VibrationDose),
     /// Part of the raw samples of the second with the most vibration.
     Burst(BurstPart),
+    /// The program that runs.
+    Program(ProgramReport),
 }
 
 /// Reason for which a frame with a right CRC is no message.
@@ -91,6 +93,7 @@ impl Message {
             Self::Toolface(_) => Kind::Toolface,
             Self::Dose(_) => Kind::Dose,
             Self::Burst(_) => Kind::Burst,
+            Self::Program(_) => Kind::Program,
         }
     }
 
@@ -117,7 +120,8 @@ impl Message {
             Kind::Toolface => whole(kind, bytes).map(Self::Toolface),
             Kind::Dose => whole(kind, bytes).map(Self::Dose),
             Kind::Burst => whole(kind, bytes).map(Self::Burst),
-            Kind::Command | Kind::AuthenticatedCommand => Err(unknown),
+            Kind::Program => whole(kind, bytes).map(Self::Program),
+            Kind::Command | Kind::AuthenticatedCommand | Kind::ImagePart => Err(unknown),
         }
     }
 }

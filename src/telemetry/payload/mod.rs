@@ -8,6 +8,7 @@ mod health;
 mod identification;
 mod message;
 mod probe_id;
+mod program;
 mod raw_sample;
 
 pub use attitude_frame::{AttitudeFrame, CompactAngles};
@@ -17,6 +18,7 @@ pub use health::{Health, SelfTest};
 pub use identification::Identification;
 pub use message::{Message, PayloadError};
 pub use probe_id::ProbeId;
+pub use program::{ImagePart, ProgramReport};
 pub use raw_sample::RawSample;
 
 use crate::{

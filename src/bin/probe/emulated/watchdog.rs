@@ -18,6 +18,8 @@ pub fn start(period_us: u32) {
 }
 
 pub fn feed() {
+    #[cfg(feature = "board-updatable")]
+    super::apb_watchdog::feed();
     LEFT.store(ROUNDS.load(Ordering::Relaxed), Ordering::Relaxed);
 }
 
