@@ -53,7 +53,7 @@ mod window_cost;
 mod work;
 
 pub use attitude::KnownAttitude;
-pub use candidates::{Claim, EFFECTS, MAX_CLAIMED, MAX_CLAIMS};
+pub use candidates::{CandidateId, CandidateSet, Claim, EFFECTS, MAX_CANDIDATES, MAX_CLAIMED};
 pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};
@@ -282,20 +282,20 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Effects that the evidence shows, as of the last posterior.
     #[must_use]
     pub fn claims(&self) -> &[Claim] {
-        &self.evidence.claims
+        &self.evidence.account.claims
     }
 
     /// Log Bayes factors of the candidates beside those that are claimed: the library's effects, then further steps of
     /// the bias.
     #[must_use]
-    pub const fn tried(&self) -> &[f32; MAX_CLAIMS] {
-        &self.evidence.tried
+    pub const fn tried(&self) -> &[f32; MAX_CANDIDATES] {
+        &self.evidence.choice.tried
     }
 
     /// Returns the number of candidates that were tried.
     #[must_use]
     pub fn candidates(&self) -> u8 {
-        self.candidates.named_claims() as u8
+        self.candidates.named_count() as u8
     }
 
     /// The effects that are looked for.
@@ -329,7 +329,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub fn is_unexplained(&self) -> bool {
         let [_, nis] = self.nis_of_claims();
         let is_large = nis > consistency::DIVERGED || self.remainder.is_contradicted();
-        is_large || self.evidence.is_unnamed || !self.remainder.report().is_white()
+        is_large || self.evidence.choice.is_unnamed || !self.remainder.report().is_white()
     }
 
     /// Begins a new remainder with the innovations to come.

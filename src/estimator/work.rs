@@ -188,10 +188,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.task = Task::Next;
         if self.consistency.has_diverged() || is_forsaken {
             self.begin();
-        } else if let Some(claim) = self.candidates.old_step(&self.evidence.claims, self.weighed_us) {
+        } else if let Some(claim) = self.candidates.old_step(&self.evidence.account.claims, self.weighed_us) {
             let [x, y, z, ..] = claim.parameters;
             self.candidates.settle(&claim, &mut self.globals, &self.prior.sigma);
-            self.evidence.claims.retain(|other| other.step_us != claim.step_us);
+            self.evidence.account.claims.retain(|other| other.step_us != claim.step_us);
             let step =
                 self.parameters.p.try_inverse().map_or_else(zero3, |inverse| inverse * widened(&Vector3::new(x, y, z)));
             self.step_bias(&step);
@@ -270,7 +270,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
             let widths = self.prior.sigma.get(HARD_IRON.columns()).unwrap_or_default();
             let told = reading::told_by_reference(&self.node, (&self.settings, self.field_unit), widths);
-            self.evidence.unturned = Unturned::new(self.unturned(), told);
+            self.evidence.choice.unturned = Unturned::new(self.unturned(), told);
             self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;
         }
@@ -285,8 +285,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return;
         }
         let mut x = [T::ZERO; E];
-        for (column, mean) in self.evidence.taken.iter().zip(&self.evidence.mean) {
-            if let Some(x) = usize::from(*column).checked_sub(NUISANCES).and_then(|e| x.get_mut(e)) {
+        for (column, mean) in self.evidence.account.taken.iter().zip(&self.evidence.account.mean) {
+            if let Some(x) = column.place().and_then(|place| x.get_mut(place)) {
                 *x = *mean;
             }
         }
@@ -295,7 +295,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.left_over.start();
         }
         self.candidates.take_out(&x, &mut self.globals, &mut self.node);
-        self.candidates.note_steps(&self.evidence.claims, &self.evidence.tried);
+        self.candidates.note_steps(&self.evidence.account.claims, &self.evidence.choice.tried);
         self.linearise();
         self.task = Task::Next;
     }
@@ -325,10 +325,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// after the last.
     #[inline(never)]
     fn spread(&mut self, of: usize) -> bool {
-        if of >= self.evidence.taken.len() {
+        if of >= self.evidence.account.taken.len() {
             return false;
         }
-        let spread = self.candidates.spread(of, (&self.evidence.taken, &self.evidence.covariance), &self.globals);
+        let spread = self.candidates.spread(
+            of,
+            (&self.evidence.account.taken, &self.evidence.account.covariance),
+            &self.globals,
+        );
         self.averaging.spread(&spread);
         self.task = Task::Spreading(of + 1);
         true
