@@ -10,7 +10,6 @@ mod alignment;
 mod attitude;
 mod averaging;
 mod candidates;
-pub(crate) mod cholesky;
 pub mod columns;
 mod consistency;
 mod disagreement;
@@ -34,7 +33,6 @@ mod posterior;
 mod preintegration;
 mod prior;
 mod reading;
-mod real;
 mod refusal;
 mod remainder;
 mod rest;
@@ -69,6 +67,7 @@ pub use window_cost::WindowCost;
 pub use work::UNIT_CYCLES;
 
 use crate::{
+    algebra::real::{self, V3, zero3},
     compensation::{Effect, GyroModel},
     sample::Reading,
 };
@@ -87,7 +86,6 @@ use parameters::Parameters;
 use pointing::Pointing;
 use preintegration::Preintegration;
 use prior::Prior;
-use real::{V3, zero3};
 use remainder::Remainder;
 use rest::Rests;
 use share::Shares;

@@ -4,12 +4,11 @@
 use super::{
     Estimator, Refusal,
     averaging::Averaged,
-    cholesky::Cholesky,
     columns::{BIAS, P},
     gaussian::triangle,
     real::{Real, V3, norm},
 };
-use crate::compensation::GyroModel;
+use crate::{algebra::cholesky::Cholesky, compensation::GyroModel};
 use nalgebra::Vector3;
 
 /// Motion before which nothing flies, seconds: of 26 flights that ended after 4 to 20 s of it two were made worse, of

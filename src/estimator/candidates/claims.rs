@@ -10,9 +10,9 @@ use super::{
     matrix::{LEAST_FACTOR, at, at_most},
 };
 use crate::{
+    algebra::cholesky::Cholesky,
     compensation::{Effect, effect::MAX_PARAMETERS},
     estimator::{
-        cholesky::Cholesky,
         columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX},
         globals::Globals,
         real::{Real, V3},

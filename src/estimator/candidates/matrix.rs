@@ -6,9 +6,9 @@
 
 use super::{Candidates, EFFECTS, column_id::ColumnId};
 use crate::{
+    algebra::cholesky::Cholesky,
     compensation::effect::MAX_PARAMETERS,
     estimator::{
-        cholesky::Cholesky,
         columns::{BIAS, GLOBALS, NUISANCES},
         globals::Globals,
         real::Real,
