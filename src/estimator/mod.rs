@@ -12,6 +12,7 @@ mod averaging;
 mod candidates;
 pub mod columns;
 mod consistency;
+mod course;
 mod disagreement;
 mod drift;
 mod eigen;
@@ -71,19 +72,15 @@ use crate::{
     compensation::{Effect, GyroModel},
     sample::Reading,
 };
-use alignment::Alignment;
 use averaging::Averaging;
 use candidates::{Candidates, evidence::Evidence};
-use consistency::Consistency;
-use disagreement::Disagreements;
+use course::Course;
 use globals::Globals;
 use heapless::Vec;
 use increment::{Builder, Composition, Item};
 use left_over::LeftOver;
-use neighbours::Neighbours;
 use node::{Kind, Node};
 use parameters::Parameters;
-use pointing::Pointing;
 use preintegration::Preintegration;
 use prior::Prior;
 use remainder::Remainder;
@@ -132,13 +129,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     last_us: u64,
     waiting: Waiting<T>,
     task: Task,
-    neighbours: Neighbours<T>,
-    /// Unit of the field: its norm at the start, microtesla; 0: no field yet.
-    field_unit: T,
-    /// True if the node's states are aligned; `has_begun`: if they ever were.
-    is_aligned: bool,
-    has_begun: bool,
-    alignment: Alignment<T>,
+    course: Course<T>,
     /// Mean of the bias's prior, rad/s, raw frame.
     bias: V3<T>,
     parameters: Parameters<T>,
@@ -146,14 +137,11 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     rests: Rests<T>,
     kind: Kind,
     node: Node<T>,
-    pointing: Pointing<T>,
     update: Update<T>,
     candidates: Candidates<T, E>,
     /// The effects' part of an update's rows.
     further: [[T; E]; SCRATCH],
     evidence: Evidence<T>,
-    /// Time at which the effects were last weighed.
-    weighed_us: u64,
     remainder: Remainder,
     /// True if more than noise was left at the end of the window before.
     was_unexplained: bool,
@@ -168,16 +156,9 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     known_attitude: Vec<KnownAttitude, 1>,
-    motion_s: T,
     shares: Shares<T>,
-    disagreements: Disagreements<T>,
-    /// Seconds in which the rotation of the probe was unknown, until the attitude is aligned anew.
-    gap_s: T,
     /// Model with which rotations are composed: the flown one, so that both change at the same instants.
     composed_with: Composition<T>,
-    /// Seconds since the globals last walked.
-    unwalked_s: T,
-    consistency: Consistency<T>,
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -193,23 +174,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             last_us: 0,
             waiting: Waiting::new(),
             task: Task::Next,
-            neighbours: Neighbours::none(),
-            field_unit: T::ZERO,
-            is_aligned: false,
-            has_begun: false,
-            alignment: Alignment::zero(),
+            course: Course::zero(),
             bias: zero3(),
             parameters: Parameters::zero(),
             pre: Preintegration::zero(),
             rests: Rests::zero(),
             kind: Kind::Moving,
             node: Node::zero(),
-            pointing: Pointing::zero(),
             update: Update::zero(),
             candidates: Candidates::zero(),
             further: [[T::ZERO; E]; SCRATCH],
             evidence: Evidence::zero(),
-            weighed_us: 0,
             remainder: Remainder::zero(),
             was_unexplained: false,
             globals: Globals::zero(),
@@ -220,13 +195,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             centre: Vec::new(),
             posterior: Vec::new(),
             known_attitude: Vec::new(),
-            motion_s: T::ZERO,
             shares: Shares::zero(),
-            disagreements: Disagreements::zero(),
-            gap_s: T::ZERO,
             composed_with: Composition::zero(),
-            unwalked_s: T::ZERO,
-            consistency: Consistency::zero(),
         }
     }
 
@@ -305,14 +275,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Norm of the field at the start, microtesla.
     #[must_use]
     pub fn field_ut(&self) -> f32 {
-        self.field_unit.narrow()
+        self.course.field_unit.narrow()
     }
 
     /// NIS of all nodes of motion, mean squared innovation over its degrees of freedom: first with neither nuisances
     /// nor effects, then with the claims.
     #[must_use]
     pub fn nis_of_claims(&self) -> [f32; 2] {
-        self.evidence.residual.map(|of_claims| self.consistency.nis_beside(of_claims))
+        self.evidence.residual.map(|of_claims| self.course.consistency.nis_beside(of_claims))
     }
 
     /// Returns the quantities that the field's innovations go with since [`Estimator::start_remainder`].
@@ -345,7 +315,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Seconds of motion since the start.
     #[must_use]
     pub fn motion_s(&self) -> f32 {
-        self.motion_s.narrow()
+        self.course.motion_s.narrow()
     }
 
     /// When the probe was last at rest, microseconds; `None` before the first rest.

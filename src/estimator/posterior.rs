@@ -100,8 +100,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             decided: averaged.decided,
             observable: averaged.unscaled_variance.map(|variance| variance < T::of(OBSERVED)),
             widths: averaged.widths.map(|x| x.narrow()),
-            nis: self.consistency.nis(),
-            motion_s: self.motion_s.narrow(),
+            nis: self.course.consistency.nis(),
+            motion_s: self.course.motion_s.narrow(),
             fitness: self.fitness(averaged),
         }
     }
@@ -128,18 +128,18 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 return Err(Refusal::GyroUnusable { share });
             }
         }
-        if !self.has_begun {
+        if !self.course.has_begun {
             return Err(Refusal::NoAccelerometer);
         }
-        let motion_s = self.motion_s.narrow();
+        let motion_s = self.course.motion_s.narrow();
         // State learnt before the power was off counts, but says nothing new before the first motion.
-        let motion_s = if self.consistency.is_empty() { 0.0 } else { motion_s };
+        let motion_s = if self.course.consistency.is_empty() { 0.0 } else { motion_s };
         let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {
             return Err(Refusal::NotEnoughMotion { motion_s, needed_s });
         }
-        if self.consistency.seems_diverged() {
-            return Err(Refusal::Diverged { nis: self.consistency.nis() });
+        if self.course.consistency.seems_diverged() {
+            return Err(Refusal::Diverged { nis: self.course.consistency.nis() });
         }
         let share = if self.node.has_field { self.shares.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {

@@ -3,10 +3,7 @@
 use super::{
     Estimator, Settings, Task,
     averaging::Averaging,
-    consistency::Consistency,
-    disagreement::Disagreements,
     parameters::Parameters,
-    pointing::Pointing,
     prior::Prior,
     real::{Real, V3},
     share::Shares,
@@ -37,25 +34,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn begin(&mut self) {
         self.prior = Prior::of(&self.settings);
         self.task = Task::Next;
-        self.neighbours.clear();
+        self.course.begin();
         self.candidates.begin();
         self.evidence.clear();
-        self.weighed_us = 0;
-        self.field_unit = T::ZERO;
-        (self.is_aligned, self.has_begun) = (false, false);
-        self.alignment.start();
         self.globals.start();
         self.node.referred = 0;
-        self.pointing = Pointing::zero();
         self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
         self.start_node();
         self.left_over.start();
         self.averaging = Averaging::zero();
         self.centre.clear();
-        (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
-        self.consistency = Consistency::zero();
-        self.disagreements = Disagreements::zero();
         self.linearise();
     }
 

@@ -98,7 +98,7 @@ pub(super) struct Candidates<T, const EFFECTS: usize> {
     firsts: [u8; MAX_CANDIDATES],
     /// Effects that were found in an earlier session.
     restored: CandidateSet,
-    /// Sizes that are taken out, in units of the usual sizes.
+    /// Value of each column that is taken out, in units of its prior's deviation.
     pub x: [T; EFFECTS],
     shocks: Shocks,
     /// Addition of each column's effect, of its usual size, to its sensor's reading in the latest increment.
