@@ -5,7 +5,7 @@ use super::{
     pointing::Pointing, real::Real,
 };
 
-/// What the filter has gone through since it began.
+/// State since the filter began, beside what it has learnt.
 pub(super) struct Course<T> {
     /// Unit of the field: its norm at the start, microtesla; 0: no field yet.
     pub field_unit: T,

@@ -8,7 +8,10 @@ use super::{
     gaussian::triangle,
     real::{Real, V3, norm},
 };
-use crate::{algebra::cholesky::Cholesky, compensation::GyroModel};
+use crate::{
+    algebra::cholesky::Cholesky,
+    compensation::{GyroModel, Theta},
+};
 use nalgebra::Vector3;
 
 /// Motion before which nothing flies, seconds: of 26 flights that ended after 4 to 20 s of it two were made worse, of
@@ -40,8 +43,8 @@ pub struct Posterior {
     pub gyro: GyroModel,
     /// The factory's P with its own bias.
     pub bias_only: GyroModel,
-    /// 1-sigma of P (row-major, 9) then b (rad/s, 3).
-    pub sigma: [f32; 12],
+    /// Deviations of P and b.
+    pub sigma: Theta,
     /// Covariance of P's nine elements, row-major: the packed lower triangle.
     pub p_covariance: [f32; 45],
     /// Number of P's nine directions that the data decide.

@@ -8,7 +8,7 @@ use super::{
     real::{Real, V3},
     share::Shares,
 };
-use crate::compensation::{ActiveEffects, Effect, GyroModel};
+use crate::compensation::{ActiveEffects, Effect, GyroModel, Theta};
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Sets the configuration and starts afresh.
@@ -57,10 +57,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.parameters = Parameters::new(&x, &self.bias, &self.prior.p);
     }
 
-    /// Starts about a stored model with its deviations (P row-major, then b): P's prior is about the model's P, as wide
-    /// as that was known and may have drifted. The bias is another one at every start, and is as unknown as without the
+    /// Starts about a stored model with its deviations: P's prior is about the model's P, as wide as that was known and may
+    /// have drifted. The bias is another one at every start, and is as unknown as without the
     /// model. The effects that were taken out still are. If the samples contradict the model, it is forgotten.
-    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
+    pub fn restore(&mut self, model: &GyroModel, deviations: &Theta, effects: &ActiveEffects) {
         self.prior.restore(model, deviations);
         self.candidates.restore(effects);
         self.linearise();

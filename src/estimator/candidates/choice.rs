@@ -36,7 +36,7 @@ enum Competitors {
     Effects,
 }
 
-/// What the choice wants next.
+/// Next piece that the choice wants.
 pub(super) enum Next {
     /// To weigh the candidates that are not chosen yet, from this one on.
     Weigh(usize),

@@ -1,5 +1,6 @@
-//! Columns of the matrix in which effects are weighed: nuisances first, in the order of the table, then the effects' own
-//! columns. Beside the table's columns of bias and P, which the matrix lacks, the two orders differ.
+//! Columns of the matrix in which effects are weighed: nuisances first, in the order of the table, then the effects'
+//! own columns. The matrix lacks the table's last columns, bias and P, so that an index beyond the nuisances means
+//! something else in each.
 
 use crate::{
     compensation::VectorError,

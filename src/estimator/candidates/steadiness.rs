@@ -1,5 +1,5 @@
-//! Steadiness of the effects' estimates, each scored by later data. If an estimate is right, a further block of data
-//! changes it with the variance by which its own variance falls; an effect that merely resembles the true cause has
+//! Steadiness of the effects' estimates, each scored by later data. If an estimate is right, further data
+//! change it with the variance by which its own variance falls; an effect that merely resembles the true cause has
 //! larger changes.
 
 use super::{
@@ -10,7 +10,7 @@ use super::{
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
 /// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
-/// Blocks that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
+/// Weighings that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
 const REMEMBERED: f32 = 20.0;
 
 /// An estimate and its variance; a variance of 0: none.

@@ -33,7 +33,8 @@ pub(super) struct IronAlone {
 }
 
 impl IronAlone {
-    /// Evidence of a claim with this iron among its parameters, `whole` as stated, the rest of it at its own dispersion.
+    /// Evidence of a candidate with this iron among its parameters. `whole`: its evidence as stated; the rest of it
+    /// counts at its own dispersion.
     pub fn of_whole(alone: Option<Self>, whole: f32, own: f32) -> f32 {
         alone.map_or(whole / own, |alone| alone.evidence / alone.dispersion + (whole - alone.evidence) / own)
     }
