@@ -101,7 +101,8 @@ pub(super) struct Candidates<T, const EFFECTS: usize> {
     /// Value of each column that is taken out, in units of its prior's deviation.
     pub x: [T; EFFECTS],
     shocks: Shocks,
-    /// Addition of each column's effect, of its usual size, to its sensor's reading in the latest increment.
+    /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
+    /// deviation.
     terms: [V3<T>; EFFECTS],
     /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
     /// increments.
