@@ -4,6 +4,7 @@ extern crate std;
 
 mod evidence;
 mod filled;
+mod problem;
 mod root;
 mod shocks;
 
