@@ -167,7 +167,7 @@ fn a_full_multi_station_analysis_on_the_chip_says_what_it_says_here() {
 fn the_likelier_effects_of_the_gyro_have_columns_in_the_largest_tier() {
     let mut left = tiers::COLUMNS;
     let mut fits = Vec::new();
-    for effect in LIBRARY.iter().filter(|effect| effect.nuisance().is_none()) {
+    for effect in LIBRARY.iter().filter(|effect| effect.vector_error().is_none()) {
         let columns = effect.parameters().len();
         println!("{}: {columns}", effect.name());
         if let Some(rest) = left.checked_sub(columns).filter(|_| !effect.is_bias_step()) {

@@ -1,72 +1,134 @@
-//! Cholesky factors of symmetric positive-definite matrices N = L L^T: lower triangles row by row with
-//! inverted diagonals. One copy of the code serves every size.
+//! Cholesky factor of a small symmetric matrix, N = L L^T, in either width of numbers. It can replace a pivot that
+//! rounding made negative. That of packed matrices (`packed_cholesky`) multiplies by inverted diagonals and refuses such
+//! a pivot, so that the last bits of the two differ.
 
-/// Factorises a matrix in place, given as the rows of its lower triangle. `None` if it is not finite or not
-/// positive definite to f32's precision.
-#[inline(never)]
-pub(crate) fn factorise(elements: &mut [f32]) -> Option<()> {
-    let (mut i, mut start) = (0, 0);
-    while start < elements.len() {
-        // Rows lie one after the other, so that the sums run along slices.
-        let (above, below) = elements.split_at_mut_checked(start)?;
-        let row = below.get_mut(..=i)?;
-        let mut rest = above as &[f32];
-        for j in 0..=i {
-            let (done, open) = row.split_at_mut_checked(j)?;
-            let element = open.first_mut()?;
-            if i == j {
-                let sum = *element - done.iter().fold(0.0, |sum, x| sum + x * x);
-                // A pivot that loses all but the last few bits of its diagonal is rounding noise (f32: 2^-24
-                // each of D terms).
-                let floor = *element * 1e-6;
-                if !(sum > floor && sum.is_finite()) {
-                    return None;
-                }
-                *element = 1.0 / libm::sqrtf(sum);
-            } else {
-                let (other, next) = rest.split_at_checked(j + 1)?;
-                let (inverse, factors) = other.split_last()?;
-                let sum = *element - done.iter().zip(factors).fold(0.0, |sum, (x, y)| sum + x * y);
-                *element = sum * inverse;
-                rest = next;
+use super::real::Real;
+
+/// Lower triangle L of a matrix of at most `N` rows.
+pub(crate) struct Cholesky<T, const N: usize> {
+    rows: [[T; N]; N],
+    count: usize,
+}
+
+impl<T: Real, const N: usize> Cholesky<T, N> {
+    /// Before a factorisation.
+    pub const fn unset() -> Self {
+        Self { rows: [[T::ZERO; N]; N], count: 0 }
+    }
+
+    /// Factorises the first `count` rows of a matrix, given its lower triangle. `None` where a pivot is not positive.
+    pub fn new(count: usize, element: impl Fn(usize, usize) -> T) -> Option<Self> {
+        let mut factor = Self::unset();
+        factor.factorise(count, element, None)?;
+        Some(factor)
+    }
+
+    /// The same, with `least` in place of a pivot that rounding made zero or negative.
+    pub fn new_or_least(count: usize, element: impl Fn(usize, usize) -> T, least: T) -> Self {
+        let mut factor = Self::unset();
+        factor.fill_or_least(count, element, least);
+        factor
+    }
+
+    /// The same in place, for a large matrix: the stack then holds no second one.
+    pub fn fill_or_least(&mut self, count: usize, element: impl Fn(usize, usize) -> T, least: T) {
+        if self.factorise(count, element, Some(least)).is_none() {
+            *self = Self::unset();
+        }
+    }
+
+    fn factorise(&mut self, count: usize, element: impl Fn(usize, usize) -> T, least: Option<T>) -> Option<()> {
+        self.count = if count < N { count } else { N };
+        for i in 0..self.count {
+            let (above, below) = self.rows.split_at_mut_checked(i)?;
+            let row = below.first_mut()?;
+            for (j, other) in above.iter().enumerate() {
+                let value = less_products(element(i, j), row, other, j) / *other.get(j)?;
+                *row.get_mut(j)? = value;
+            }
+            let sum = less_products(element(i, i), row, row, i);
+            *row.get_mut(i)? = if sum > T::ZERO { sum.root() } else { least? };
+        }
+        Some(())
+    }
+
+    /// Element (i, j <= i) of L.
+    pub fn at(&self, i: usize, j: usize) -> T {
+        self.rows.get(i).and_then(|row| row.get(j)).copied().unwrap_or(T::ZERO)
+    }
+
+    /// Solves L y = x in place.
+    pub fn solve_lower(&self, x: &mut [T; N]) {
+        for (i, row) in self.rows.iter().enumerate().take(self.count) {
+            let sum = x.get(i).map_or(T::ZERO, |value| less_products(*value, row, x, i));
+            if let Some(value) = x.get_mut(i) {
+                *value = sum / self.at(i, i);
             }
         }
-        i += 1;
-        start += i;
     }
-    Some(())
+
+    /// Solves L^T y = x in place.
+    pub fn solve_upper(&self, x: &mut [T; N]) {
+        for i in (0..self.count).rev() {
+            let below = x.iter().enumerate().take(self.count).skip(i + 1);
+            let sum = below.fold(T::ZERO, |sum, (k, x)| sum + self.at(k, i) * *x);
+            if let Some(value) = x.get_mut(i) {
+                *value = (*value - sum) / self.at(i, i);
+            }
+        }
+    }
+
+    /// Half of the logarithm of the matrix's determinant.
+    pub fn half_log_determinant(&self) -> T {
+        (0..self.count).fold(T::ZERO, |sum, i| sum + self.at(i, i).logarithm())
+    }
+
+    /// Diagonal element `i` of the matrix's inverse.
+    pub fn inverse_diagonal(&self, i: usize) -> T {
+        let mut unit = [T::ZERO; N];
+        if let Some(one) = unit.get_mut(i) {
+            *one = T::ONE;
+        }
+        self.solve_lower(&mut unit);
+        unit.iter().take(self.count).fold(T::ZERO, |sum, x| sum + *x * *x)
+    }
 }
 
-/// Solves L y = rhs in place, for as many rows as `y` has.
-#[inline(never)]
-pub(crate) fn solve_lower(mut rows: &[f32], y: &mut [f32]) {
-    for i in 0..y.len() {
-        let Some((row, next)) = rows.split_at_checked(i + 1) else { return };
-        let (done, open) = y.split_at_mut_checked(i).unwrap_or_default();
-        if let (Some(value), Some((inverse, factors))) = (open.first_mut(), row.split_last()) {
-            *value = factors.iter().zip(done).fold(*value, |sum, (l, y)| sum - l * *y) * inverse;
-        }
-        rows = next;
-    }
+/// A value less the products of the first `n` elements of two rows.
+fn less_products<T: Real>(value: T, a: &[T], b: &[T], n: usize) -> T {
+    a.iter().zip(b).take(n).fold(value, |sum, (a, b)| sum - *a * *b)
 }
 
-/// Solves L^T x = rhs in place, for as many rows as `x` has.
-#[inline(never)]
-pub(crate) fn solve_upper(elements: &[f32], x: &mut [f32]) {
-    let mut size = x.len();
-    let mut rows = elements.get(..size * (size + 1) / 2).unwrap_or_default();
-    while let Some((above, row)) = rows.len().checked_sub(size).and_then(|start| rows.split_at_checked(start)) {
-        let (Some((inverse, factors)), Some((value, others))) =
-            (row.split_last(), x.get_mut(..size).and_then(|x| x.split_last_mut()))
-        else {
-            return;
-        };
-        *value *= inverse;
-        // Subtract the known value's column from the others, along the row.
-        for (x, l) in others.iter_mut().zip(factors) {
-            *x -= l * *value;
-        }
-        rows = above;
-        size -= 1;
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing)]
+    use super::*;
+    use nalgebra::{Matrix4, Vector4};
+    use rand_core::{Rng, SeedableRng};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    #[test]
+    fn factor_solutions_and_determinant_are_those_of_the_matrix() {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(4);
+        let mut uniform = || f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5;
+        let root = Matrix4::from_fn(|_, _| uniform());
+        let matrix = root * root.transpose() + Matrix4::identity() * 0.1;
+        let right = Vector4::from_fn(|_, _| uniform());
+        let factor = Cholesky::<f64, 6>::new(4, |i, j| matrix[(i, j)]).unwrap();
+        let mut x = [0.0; 6];
+        x[..4].copy_from_slice(right.as_slice());
+        factor.solve_lower(&mut x);
+        factor.solve_upper(&mut x);
+        let inverse = matrix.try_inverse().unwrap();
+        assert!((Vector4::from_column_slice(&x[..4]) - inverse * right).amax() < 1e-12);
+        assert!((0..4).all(|i| (factor.inverse_diagonal(i) - inverse[(i, i)]).abs() < 1e-12));
+        assert!((factor.half_log_determinant() - 0.5 * matrix.determinant().ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pivot_that_is_not_positive_is_refused_or_replaced() {
+        let singular = |_: usize, _: usize| 1.0_f64;
+        assert!(Cholesky::<f64, 2>::new(2, singular).is_none());
+        assert_eq!(Cholesky::<f64, 2>::new_or_least(2, singular, 1e-3).at(1, 1), 1e-3);
     }
 }

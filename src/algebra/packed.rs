@@ -3,7 +3,7 @@
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
-use super::cholesky::{factorise, solve_lower, solve_upper};
+use super::packed_cholesky::{factorise, solve_lower, solve_upper};
 use core::ops::Range;
 
 /// Symmetric D x D matrix, lower triangle row by row: element (i, j <= i) at i (i + 1) / 2 + j. `T` must be D
@@ -14,7 +14,7 @@ pub struct Packed<const D: usize, const T: usize>(pub(crate) [f32; T]);
 /// Lower Cholesky factor L of a positive-definite matrix N = L L^T, packed as [`Packed`], with inverted
 /// diagonal.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cholesky<const D: usize, const T: usize>([f32; T]);
+pub(crate) struct PackedCholesky<const D: usize, const T: usize>([f32; T]);
 
 const fn at(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
@@ -129,14 +129,14 @@ impl<const D: usize, const T: usize> Packed<D, T> {
 
     /// Returns the Cholesky factor; `None` if the matrix is not finite or not positive definite to f32's
     /// precision.
-    pub(crate) fn cholesky(&self) -> Option<Cholesky<D, T>> {
-        let mut factor = Cholesky(self.0);
+    pub(crate) fn cholesky(&self) -> Option<PackedCholesky<D, T>> {
+        let mut factor = PackedCholesky(self.0);
         factorise(&mut factor.0)?;
         Some(factor)
     }
 }
 
-impl<const D: usize, const T: usize> Cholesky<D, T> {
+impl<const D: usize, const T: usize> PackedCholesky<D, T> {
     /// Solves N x = rhs.
     pub fn solve(&self, rhs: &[f32; D]) -> [f32; D] {
         self.solve_upper(&self.solve_lower(rhs))

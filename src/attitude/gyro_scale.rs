@@ -50,7 +50,7 @@ pub(super) fn check_prior(state: &mut State, settings: &Settings) {
         let (row, column) = (k / 3, k % 3);
         let wide = if row == column { UNCALIBRATED[0] } else { UNCALIBRATED[1] };
         if wide > sigma {
-            // The information of the data sheet's prior beyond the wider one's is taken out.
+            // A negative variance takes out what the data sheet's prior says beyond the wider one.
             let variance = -1.0 / (1.0 / (sigma * sigma) - 1.0 / (wide * wide));
             state.errors.update_scale(k, -state.scale.errors[(row, column)], variance);
         }

@@ -1,7 +1,6 @@
 //! Effects: terms, linear in their parameters, that a sensor reads beside the truth.
 
 pub use crate::sample::Sensor;
-use core::ops::Range;
 use nalgebra::Vector3;
 
 /// Largest number of parameters of one effect.
@@ -58,6 +57,30 @@ impl Parameter {
     }
 }
 
+/// Error of a vector sensor that the estimator always identifies beside P and the bias, in unknowns of its own: an
+/// effect of this kind needs no others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VectorError {
+    /// Shape and turn of the magnetometer's matrix, eight unknowns: the five of [`SoftIron`](super::effects::SoftIron)
+    /// in its order, then the antisymmetric elements xy, xz, yz.
+    MagMatrix,
+    /// Antisymmetric elements xy, xz, yz of the magnetometer's matrix.
+    MagTurn,
+    /// Hard iron on three axes, in units of the field.
+    HardIron,
+    /// Hard iron along the tool axis.
+    AxialIron,
+    /// Delay of the magnetometer behind the gyro, seconds.
+    MagLag,
+    /// Delay of the accelerometer behind the gyro, seconds.
+    AccelLag,
+    /// Accelerometer's matrix, nine unknowns: xx, yy, zz, then the symmetric and the antisymmetric parts of xy, xz, yz.
+    AccelMatrix,
+    /// Accelerometer's bias on three axes, m/s^2.
+    AccelBias,
+}
+
 /// Physical effect: `reading = truth + sum of x_k term_k`, with its parameters x_k.
 ///
 /// The term defines the effect completely: its trace in a residual and its removal follow from it.
@@ -90,13 +113,12 @@ pub trait Effect: Sync {
     fn is_bias_step(&self) -> bool {
         false
     }
-    /// Columns of the estimator that stand for the effect, if this is an error of a vector sensor that the estimator
-    /// always identifies: see [`columns`](crate::estimator::columns).
-    fn nuisance(&self) -> Option<Range<usize>> {
+    /// Error of a vector sensor that the effect is, if the estimator always identifies it.
+    fn vector_error(&self) -> Option<VectorError> {
         None
     }
-    /// Converts the estimator's unknowns in these columns to the effect's parameters; `field_ut` is the unit
-    /// of the field, microtesla.
+    /// Converts the estimator's unknowns of this error to the effect's parameters; `field_ut` is the unit of the field,
+    /// microtesla.
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _field_ut: f32) -> [f32; MAX_PARAMETERS] {
         *unknowns
     }

@@ -3,6 +3,9 @@
 use crate::sample::BEYOND_ANY_GYRO_RAD_S;
 use nalgebra::{Matrix3, Vector3};
 
+/// One number for each parameter of a gyro model: P row by row, dimensionless, then b, rad/s.
+pub type Theta = [f32; 12];
+
 /// Gyro model, 12 error parameters: `w = P (w_raw - b)` (paper, eq 1 to 4; P = (I + S)^-1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

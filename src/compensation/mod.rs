@@ -8,6 +8,6 @@ mod gyro_model;
 mod vector_model;
 
 pub use correction::{ActiveEffects, FoundEffect, MAX_ACTIVE};
-pub use effect::{Effect, Parameter, Sensor, Snapshot};
-pub use gyro_model::GyroModel;
+pub use effect::{Effect, Parameter, Sensor, Snapshot, VectorError};
+pub use gyro_model::{GyroModel, Theta};
 pub use vector_model::VectorModel;

@@ -124,7 +124,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
             evidence: claim.evidence,
             size_rad: if unit > 0.0 { claim.size / unit } else { 0.0 },
             size_sigma_rad: if unit > 0.0 { claim.size_sigma / unit } else { 0.0 },
-            rivals: claim.rivals,
+            rivals: claim.rivals.bits(),
             step_us: claim.step_us,
             found_us: known.map_or(t_us, |known| known.found_us),
             // The time is set when the update takes effect.

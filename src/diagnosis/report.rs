@@ -2,7 +2,7 @@
 
 use crate::{
     compensation::{ActiveEffects, FoundEffect},
-    estimator::{MAX_CLAIMED, MAX_CLAIMS, RemainderReport},
+    estimator::{MAX_CANDIDATES, MAX_CLAIMED, RemainderReport},
 };
 
 /// Estimator's evidence for the effects when a window closed.
@@ -24,7 +24,7 @@ pub struct DiagnosisReport {
     pub count: u8,
     /// Log Bayes factor of every candidate beside the effects found: the library's effects in its order, then further
     /// steps of the bias. It is 0 for a candidate that could not be tried or is among those found.
-    pub tried: [f32; MAX_CLAIMS],
+    pub tried: [f32; MAX_CANDIDATES],
     /// Number of candidates.
     pub candidates: u8,
     /// Mean squared innovation over its degrees of freedom with the gyro's parameters alone, and with all effects

@@ -43,7 +43,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let field = self.node.field;
         let level = field.x * field.x + field.y * field.y;
         let is_level = level > T::of(LEAST_LEVEL_SQUARE) * (level + field.z * field.z);
-        let Some(held) = self.neighbours.held().filter(|_| self.is_aligned && self.node.has_field && is_level) else {
+        let Some(held) =
+            self.course.neighbours.held().filter(|_| self.course.is_aligned && self.node.has_field && is_level)
+        else {
             return;
         };
         let (north, west) = (field.x / level.root(), field.y / level.root());

@@ -5,13 +5,13 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
-    cholesky::Cholesky,
     columns::{ATTITUDE, GLOBALS, NODE},
     globals::Globals,
     node::Node,
     real::{M3, Real, V3, square, zero33},
     rows::{CONSTANT, GLOBAL, WIDTH},
 };
+use crate::algebra::cholesky::Cholesky;
 
 /// Chi-square of three innovations above which they contradict: one in 10,000 does by chance.
 const CONTRADICTED: f32 = 21.1;

@@ -108,7 +108,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
         let is_whole = !matches!(self.task, Task::Absorbing(_) | Task::Walking(_));
-        let head = LearntHead { fingerprint, update: self.updates, motion_s: self.motion_s };
+        let head = LearntHead { fingerprint, update: self.updates, motion_s: self.course.motion_s };
         is_whole.then_some(Learnt { head, globals: &self.globals })
     }
 
@@ -152,7 +152,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
             self.drop_learnt();
             return Err(NotContinued::NotARoot);
         }
-        self.motion_s = motion_s;
+        self.course.motion_s = motion_s;
         self.linearise();
         Ok(())
     }

@@ -10,9 +10,9 @@ mod alignment;
 mod attitude;
 mod averaging;
 mod candidates;
-pub(crate) mod cholesky;
 pub mod columns;
 mod consistency;
+mod course;
 mod disagreement;
 mod drift;
 mod eigen;
@@ -34,7 +34,6 @@ mod posterior;
 mod preintegration;
 mod prior;
 mod reading;
-mod real;
 mod refusal;
 mod remainder;
 mod rest;
@@ -53,7 +52,7 @@ mod window_cost;
 mod work;
 
 pub use attitude::KnownAttitude;
-pub use candidates::{Claim, EFFECTS, MAX_CLAIMED, MAX_CLAIMS};
+pub use candidates::{CandidateId, CandidateSet, Claim, EFFECTS, MAX_CANDIDATES, MAX_CLAIMED};
 pub use drift::P_DRIFT;
 #[cfg(feature = "explanation")]
 pub use explanation::{MovedByRows, WidthEvidence};
@@ -69,25 +68,21 @@ pub use window_cost::WindowCost;
 pub use work::UNIT_CYCLES;
 
 use crate::{
+    algebra::real::{self, V3, zero3},
     compensation::{Effect, GyroModel},
     sample::Reading,
 };
-use alignment::Alignment;
 use averaging::Averaging;
 use candidates::{Candidates, evidence::Evidence};
-use consistency::Consistency;
-use disagreement::Disagreements;
+use course::Course;
 use globals::Globals;
 use heapless::Vec;
 use increment::{Builder, Composition, Item};
 use left_over::LeftOver;
-use neighbours::Neighbours;
 use node::{Kind, Node};
 use parameters::Parameters;
-use pointing::Pointing;
 use preintegration::Preintegration;
 use prior::Prior;
-use real::{V3, zero3};
 use remainder::Remainder;
 use rest::Rests;
 use share::Shares;
@@ -134,13 +129,7 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     last_us: u64,
     waiting: Waiting<T>,
     task: Task,
-    neighbours: Neighbours<T>,
-    /// Unit of the field: its norm at the start, microtesla; 0: no field yet.
-    field_unit: T,
-    /// True if the node's states are aligned; `has_begun`: if they ever were.
-    is_aligned: bool,
-    has_begun: bool,
-    alignment: Alignment<T>,
+    course: Course<T>,
     /// Mean of the bias's prior, rad/s, raw frame.
     bias: V3<T>,
     parameters: Parameters<T>,
@@ -148,14 +137,11 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     rests: Rests<T>,
     kind: Kind,
     node: Node<T>,
-    pointing: Pointing<T>,
     update: Update<T>,
     candidates: Candidates<T, E>,
     /// The effects' part of an update's rows.
     further: [[T; E]; SCRATCH],
     evidence: Evidence<T>,
-    /// Time at which the effects were last weighed.
-    weighed_us: u64,
     remainder: Remainder,
     /// True if more than noise was left at the end of the window before.
     was_unexplained: bool,
@@ -170,16 +156,9 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
     known_attitude: Vec<KnownAttitude, 1>,
-    motion_s: T,
     shares: Shares<T>,
-    disagreements: Disagreements<T>,
-    /// Seconds in which the rotation of the probe was unknown, until the attitude is aligned anew.
-    gap_s: T,
     /// Model with which rotations are composed: the flown one, so that both change at the same instants.
     composed_with: Composition<T>,
-    /// Seconds since the globals last walked.
-    unwalked_s: T,
-    consistency: Consistency<T>,
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -195,23 +174,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             last_us: 0,
             waiting: Waiting::new(),
             task: Task::Next,
-            neighbours: Neighbours::none(),
-            field_unit: T::ZERO,
-            is_aligned: false,
-            has_begun: false,
-            alignment: Alignment::zero(),
+            course: Course::zero(),
             bias: zero3(),
             parameters: Parameters::zero(),
             pre: Preintegration::zero(),
             rests: Rests::zero(),
             kind: Kind::Moving,
             node: Node::zero(),
-            pointing: Pointing::zero(),
             update: Update::zero(),
             candidates: Candidates::zero(),
             further: [[T::ZERO; E]; SCRATCH],
             evidence: Evidence::zero(),
-            weighed_us: 0,
             remainder: Remainder::zero(),
             was_unexplained: false,
             globals: Globals::zero(),
@@ -222,13 +195,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             centre: Vec::new(),
             posterior: Vec::new(),
             known_attitude: Vec::new(),
-            motion_s: T::ZERO,
             shares: Shares::zero(),
-            disagreements: Disagreements::zero(),
-            gap_s: T::ZERO,
             composed_with: Composition::zero(),
-            unwalked_s: T::ZERO,
-            consistency: Consistency::zero(),
         }
     }
 
@@ -282,20 +250,20 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Effects that the evidence shows, as of the last posterior.
     #[must_use]
     pub fn claims(&self) -> &[Claim] {
-        &self.evidence.claims
+        &self.evidence.account.claims
     }
 
     /// Log Bayes factors of the candidates beside those that are claimed: the library's effects, then further steps of
     /// the bias.
     #[must_use]
-    pub const fn tried(&self) -> &[f32; MAX_CLAIMS] {
-        &self.evidence.tried
+    pub const fn tried(&self) -> &[f32; MAX_CANDIDATES] {
+        &self.evidence.choice.tried
     }
 
     /// Returns the number of candidates that were tried.
     #[must_use]
     pub fn candidates(&self) -> u8 {
-        self.candidates.named_claims() as u8
+        self.candidates.named_count() as u8
     }
 
     /// The effects that are looked for.
@@ -307,14 +275,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Norm of the field at the start, microtesla.
     #[must_use]
     pub fn field_ut(&self) -> f32 {
-        self.field_unit.narrow()
+        self.course.field_unit.narrow()
     }
 
     /// NIS of all nodes of motion, mean squared innovation over its degrees of freedom: first with neither nuisances
     /// nor effects, then with the claims.
     #[must_use]
     pub fn nis_of_claims(&self) -> [f32; 2] {
-        self.evidence.residual.map(|of_claims| self.consistency.nis_beside(of_claims))
+        self.evidence.residual.map(|of_claims| self.course.consistency.nis_beside(of_claims))
     }
 
     /// Returns the quantities that the field's innovations go with since [`Estimator::start_remainder`].
@@ -329,7 +297,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub fn is_unexplained(&self) -> bool {
         let [_, nis] = self.nis_of_claims();
         let is_large = nis > consistency::DIVERGED || self.remainder.is_contradicted();
-        is_large || self.evidence.is_unnamed || !self.remainder.report().is_white()
+        is_large || self.evidence.choice.is_unnamed || !self.remainder.report().is_white()
     }
 
     /// Begins a new remainder with the innovations to come.
@@ -347,7 +315,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Seconds of motion since the start.
     #[must_use]
     pub fn motion_s(&self) -> f32 {
-        self.motion_s.narrow()
+        self.course.motion_s.narrow()
     }
 
     /// When the probe was last at rest, microseconds; `None` before the first rest.

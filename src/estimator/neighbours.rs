@@ -19,12 +19,6 @@ impl<T: Real> Neighbours<T> {
         Self { held: Vec::new(), force_before: None, rate_before: None }
     }
 
-    /// Forgets the waiting increment, and its predecessor.
-    pub fn clear(&mut self) {
-        self.held.clear();
-        self.forget_before();
-    }
-
     /// Forgets the predecessor: the next increment follows none.
     pub const fn forget_before(&mut self) {
         (self.force_before, self.rate_before) = (None, None);

@@ -16,14 +16,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn end_node(&mut self) {
         let seconds = self.pre.seconds;
         self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
-        if self.kind == Kind::Rest && !self.has_begun {
+        if self.kind == Kind::Rest && !self.course.has_begun {
             self.shares.unread.add(T::ZERO, seconds);
             self.start_at_rest();
             return;
         }
-        if !self.is_aligned {
+        if !self.course.is_aligned {
             self.shares.unread.add(T::ZERO, seconds);
-            self.disagreements.gyro.passed(seconds);
+            self.course.disagreements.gyro.passed(seconds);
             self.align();
             return;
         }
@@ -32,7 +32,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             parameters: &self.parameters,
             globals: &self.globals,
             settings: &self.settings,
-            field_unit: self.field_unit,
+            field_unit: self.course.field_unit,
             sigma: &self.prior.sigma,
             unknown: self.unknown_rotation(),
             kind: self.kind,
@@ -40,7 +40,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let attitude = self.node.attitude;
         let agreement = self.update.assemble(&mut self.node, &taken);
         if agreement.field == Readings::Used && self.settings.noise.field_is_even {
-            self.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
+            self.course.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
         }
         self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
         if agreement.field == Readings::Contradicted {
@@ -56,7 +56,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
         if agreement.is_turned {
             self.shares.unread.add(T::ONE, seconds);
-            if self.disagreements.gyro.contradicted(seconds) {
+            if self.course.disagreements.gyro.contradicted(seconds) {
                 // The gyro is another than the one that was learnt: the filter begins anew.
                 self.begin();
                 return;
@@ -64,17 +64,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.gap(T::ZERO);
             return;
         }
-        self.disagreements.gyro.agreed(seconds);
+        self.course.disagreements.gyro.agreed(seconds);
         self.shares.unread.add(T::ZERO, seconds);
         if self.is_contradicted_for_good(&agreement) {
             return;
         }
         if self.kind == Kind::Moving {
-            self.motion_s += seconds;
+            self.course.motion_s += seconds;
             let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
             self.shares.fieldless.add(fieldless, seconds);
         }
-        self.unwalked_s += seconds;
+        self.course.unwalked_s += seconds;
         self.task = Task::Eliminating;
     }
 
@@ -89,7 +89,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 false
             }
         };
-        let Disagreements { field, force, .. } = &mut self.disagreements;
+        let Disagreements { field, force, .. } = &mut self.course.disagreements;
         let by_field = is_for_good(agreement.field, field);
         let by_force = is_for_good(agreement.force, force);
         if by_field {
@@ -123,7 +123,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Axes of the body that have not turned, in a drill string: there the earth's field is the same over the whole
     /// path, and only turns of an axis or a declared field tell a constant field along it from the earth's.
     pub(super) fn unturned(&self) -> [bool; 3] {
-        if self.settings.noise.field_is_even { self.pointing.hides() } else { [false; 3] }
+        if self.settings.noise.field_is_even { self.course.pointing.hides() } else { [false; 3] }
     }
 
     /// Begins a node.
@@ -139,40 +139,40 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.linearise();
         if self.pre.forces > 0 {
             self.node.start(&self.pre.forces_read, &self.settings.noise);
-            (self.is_aligned, self.has_begun) = (true, true);
+            (self.course.is_aligned, self.course.has_begun) = (true, true);
         }
-        self.gap_s = T::ZERO;
+        self.course.gap_s = T::ZERO;
         self.start_node();
     }
 
     /// Adds a node to an alignment: at a start in motion, or after a gap.
     fn align(&mut self) {
-        let is_enough = self.alignment.add(&self.pre, self.has_begun);
+        let is_enough = self.course.alignment.add(&self.pre, self.course.has_begun);
         self.start_node();
         if !is_enough {
             return;
         }
-        let [force, field] = self.alignment.vectors();
-        if self.has_begun {
-            let kept = self.node.realign(&force, &field, self.gap_s, &self.settings.noise);
+        let [force, field] = self.course.alignment.vectors();
+        if self.course.has_begun {
+            let kept = self.node.realign(&force, &field, self.course.gap_s, &self.settings.noise);
             self.candidates.forget_node(kept.unwrap_or(T::ZERO));
             if kept.is_none() {
-                self.pointing.turn_anew();
+                self.course.pointing.turn_anew();
             }
         } else {
             self.node.start(&force, &self.settings.noise);
         }
-        (self.is_aligned, self.has_begun) = (true, true);
-        self.gap_s = T::ZERO;
+        (self.course.is_aligned, self.course.has_begun) = (true, true);
+        self.course.gap_s = T::ZERO;
     }
 
     /// Notes seconds in which the rotation of the probe was unknown; the attitude is then aligned anew.
     pub(super) fn gap(&mut self, seconds: T) {
         self.start_node();
         self.rests.interrupt();
-        self.neighbours.forget_before();
-        self.is_aligned = false;
-        self.alignment.start();
-        self.gap_s += seconds;
+        self.course.neighbours.forget_before();
+        self.course.is_aligned = false;
+        self.course.alignment.start();
+        self.course.gap_s += seconds;
     }
 }

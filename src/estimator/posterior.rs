@@ -4,12 +4,14 @@
 use super::{
     Estimator, Refusal,
     averaging::Averaged,
-    cholesky::Cholesky,
     columns::{BIAS, P},
     gaussian::triangle,
     real::{Real, V3, norm},
 };
-use crate::compensation::GyroModel;
+use crate::{
+    algebra::cholesky::Cholesky,
+    compensation::{GyroModel, Theta},
+};
 use nalgebra::Vector3;
 
 /// Motion before which nothing flies, seconds: of 26 flights that ended after 4 to 20 s of it two were made worse, of
@@ -41,8 +43,8 @@ pub struct Posterior {
     pub gyro: GyroModel,
     /// The factory's P with its own bias.
     pub bias_only: GyroModel,
-    /// 1-sigma of P (row-major, 9) then b (rad/s, 3).
-    pub sigma: [f32; 12],
+    /// Deviations of P and b.
+    pub sigma: Theta,
     /// Covariance of P's nine elements, row-major: the packed lower triangle.
     pub p_covariance: [f32; 45],
     /// Number of P's nine directions that the data decide.
@@ -101,8 +103,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             decided: averaged.decided,
             observable: averaged.unscaled_variance.map(|variance| variance < T::of(OBSERVED)),
             widths: averaged.widths.map(|x| x.narrow()),
-            nis: self.consistency.nis(),
-            motion_s: self.motion_s.narrow(),
+            nis: self.course.consistency.nis(),
+            motion_s: self.course.motion_s.narrow(),
             fitness: self.fitness(averaged),
         }
     }
@@ -129,18 +131,18 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 return Err(Refusal::GyroUnusable { share });
             }
         }
-        if !self.has_begun {
+        if !self.course.has_begun {
             return Err(Refusal::NoAccelerometer);
         }
-        let motion_s = self.motion_s.narrow();
+        let motion_s = self.course.motion_s.narrow();
         // State learnt before the power was off counts, but says nothing new before the first motion.
-        let motion_s = if self.consistency.is_empty() { 0.0 } else { motion_s };
+        let motion_s = if self.course.consistency.is_empty() { 0.0 } else { motion_s };
         let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {
             return Err(Refusal::NotEnoughMotion { motion_s, needed_s });
         }
-        if self.consistency.seems_diverged() {
-            return Err(Refusal::Diverged { nis: self.consistency.nis() });
+        if self.course.consistency.seems_diverged() {
+            return Err(Refusal::Diverged { nis: self.course.consistency.nis() });
         }
         let share = if self.node.has_field { self.shares.fieldless.get() } else { 1.0 };
         if share > MOST_FIELDLESS {

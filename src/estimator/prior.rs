@@ -6,7 +6,7 @@ use super::{
     drift::P_DRIFT,
     real::{M3, Real, zero33},
 };
-use crate::compensation::GyroModel;
+use crate::compensation::{GyroModel, Theta};
 
 #[derive(Clone, Copy)]
 pub(super) struct Prior<T> {
@@ -30,9 +30,8 @@ impl<T: Real> Prior<T> {
         Self { sigma: settings.sigma.map(T::of), p: matrix(&settings.factory), ..Self::zero() }
     }
 
-    /// Puts P's prior about a stored model, as wide as its P was known (`deviations`: P row-major, then b) and may have
-    /// drifted.
-    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12]) {
+    /// Puts P's prior about a stored model, as wide as its P was known and may have drifted.
+    pub fn restore(&mut self, model: &GyroModel, deviations: &Theta) {
         self.p = matrix(model);
         self.is_restored = true;
         for ((column, deviation), stored) in P.columns().zip(deviations).zip(&mut self.stored_sigma) {

@@ -3,15 +3,12 @@
 use super::{
     Estimator, Settings, Task,
     averaging::Averaging,
-    consistency::Consistency,
-    disagreement::Disagreements,
     parameters::Parameters,
-    pointing::Pointing,
     prior::Prior,
     real::{Real, V3},
     share::Shares,
 };
-use crate::compensation::{ActiveEffects, Effect, GyroModel};
+use crate::compensation::{ActiveEffects, Effect, GyroModel, Theta};
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Sets the configuration and starts afresh.
@@ -37,25 +34,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub(super) fn begin(&mut self) {
         self.prior = Prior::of(&self.settings);
         self.task = Task::Next;
-        self.neighbours.clear();
+        self.course.begin();
         self.candidates.begin();
         self.evidence.clear();
-        self.weighed_us = 0;
-        self.field_unit = T::ZERO;
-        (self.is_aligned, self.has_begun) = (false, false);
-        self.alignment.start();
         self.globals.start();
         self.node.referred = 0;
-        self.pointing = Pointing::zero();
         self.updates = self.updates.wrapping_add(1);
         self.rests.interrupt();
         self.start_node();
         self.left_over.start();
         self.averaging = Averaging::zero();
         self.centre.clear();
-        (self.motion_s, self.gap_s, self.unwalked_s) = (T::ZERO, T::ZERO, T::ZERO);
-        self.consistency = Consistency::zero();
-        self.disagreements = Disagreements::zero();
         self.linearise();
     }
 
@@ -68,10 +57,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.parameters = Parameters::new(&x, &self.bias, &self.prior.p);
     }
 
-    /// Starts about a stored model with its deviations (P row-major, then b): P's prior is about the model's P, as wide
-    /// as that was known and may have drifted. The bias is another one at every start, and is as unknown as without the
+    /// Starts about a stored model with its deviations: P's prior is about the model's P, as wide as that was known and may
+    /// have drifted. The bias is another one at every start, and is as unknown as without the
     /// model. The effects that were taken out still are. If the samples contradict the model, it is forgotten.
-    pub fn restore(&mut self, model: &GyroModel, deviations: &[f32; 12], effects: &ActiveEffects) {
+    pub fn restore(&mut self, model: &GyroModel, deviations: &Theta, effects: &ActiveEffects) {
         self.prior.restore(model, deviations);
         self.candidates.restore(effects);
         self.linearise();

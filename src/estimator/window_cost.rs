@@ -14,7 +14,7 @@ use super::{
     real::Real,
 };
 use crate::{
-    algebra::{Cholesky, Packed, dot},
+    algebra::{Packed, PackedCholesky, dot},
     compensation::GyroModel,
     optimizer::{Cost, LeastSquaresCost},
 };
@@ -56,7 +56,7 @@ pub(super) struct Centre {
     /// The mean, in units of the prior's widths.
     mean: [f32; GYRO],
     /// Factor of the posterior's information.
-    factor: Cholesky<12, 78>,
+    factor: PackedCholesky<12, 78>,
     /// Share of the rows' information that the posterior holds at any inflation and any weights of the nodes.
     share: f32,
     /// Mean weight of the nodes at the posterior's mean.

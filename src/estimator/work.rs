@@ -111,12 +111,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         match self.waiting.pop() {
             None => 0,
             Some(Item::Increment(increment)) => {
-                let ends = self.neighbours.take().is_some_and(|held| self.take(&held, Some(&increment)));
-                self.neighbours.hold(increment);
+                let ends = self.course.neighbours.take().is_some_and(|held| self.take(&held, Some(&increment)));
+                self.course.neighbours.hold(increment);
                 if ends { INCREMENT_UNITS + NODE_UNITS } else { INCREMENT_UNITS }
             }
             Some(Item::Gap { seconds, silent_s }) => {
-                let ends = self.neighbours.take().is_some_and(|held| self.take(&held, None));
+                let ends = self.course.neighbours.take().is_some_and(|held| self.take(&held, None));
                 if silent_s < seconds * T::of(0.5) {
                     // Samples came without a usable rate: the gap is the gyro's, and so is the node that it cuts short.
                     self.shares.unread.add(T::ONE, seconds - silent_s + self.pre.seconds);
@@ -186,12 +186,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.posterior.clear();
         let _ = self.posterior.push(posterior);
         self.task = Task::Next;
-        if self.consistency.has_diverged() || is_forsaken {
+        if self.course.consistency.has_diverged() || is_forsaken {
             self.begin();
-        } else if let Some(claim) = self.candidates.old_step(&self.evidence.claims, self.weighed_us) {
+        } else if let Some(claim) = self.candidates.old_step(&self.evidence.account.claims, self.course.weighed_us) {
             let [x, y, z, ..] = claim.parameters;
             self.candidates.settle(&claim, &mut self.globals, &self.prior.sigma);
-            self.evidence.claims.retain(|other| other.step_us != claim.step_us);
+            self.evidence.account.claims.retain(|other| other.step_us != claim.step_us);
             let step =
                 self.parameters.p.try_inverse().map_or_else(zero3, |inverse| inverse * widened(&Vector3::new(x, y, z)));
             self.step_bias(&step);
@@ -204,16 +204,16 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     fn take(&mut self, increment: &Increment<T>, next: Option<&Increment<T>>) -> bool {
         let mut increment = *increment;
         if let Some(field) = &mut increment.field {
-            if self.field_unit == T::ZERO {
-                self.field_unit = norm(field);
+            if self.course.field_unit == T::ZERO {
+                self.course.field_unit = norm(field);
             }
-            if self.field_unit > T::ZERO {
-                *field /= self.field_unit;
+            if self.course.field_unit > T::ZERO {
+                *field /= self.course.field_unit;
             }
         }
-        let [force_rate, rate_change] = self.neighbours.derivatives(&increment, next);
-        let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.field_unit, &self.parameters);
-        let gravity = (self.is_aligned && self.settings.noise.predicted_gravity).then(|| {
+        let [force_rate, rate_change] = self.course.neighbours.derivatives(&increment, next);
+        let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.course.field_unit, &self.parameters);
+        let gravity = (self.course.is_aligned && self.settings.noise.predicted_gravity).then(|| {
             let up = V3::new(T::ZERO, T::ZERO, T::of(self.settings.gravity_m_s2));
             self.node.point().transpose() * up
         });
@@ -241,7 +241,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return;
         }
         if self.kind == Kind::Moving {
-            self.consistency.add(self.update.innovation());
+            self.course.consistency.add(self.update.innovation());
         }
         self.task = Task::AbsorbingOwn(0);
     }
@@ -253,7 +253,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             return;
         }
         if self.kind == Kind::Moving {
-            self.consistency.add_unexplained(self.update.innovation());
+            self.course.consistency.add_unexplained(self.update.innovation());
         }
         let change = self.globals.solve();
         self.update.finish(&mut self.node, &change);
@@ -263,14 +263,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.linearise();
         self.task = Task::Next;
         // Both move the means, which must not happen in the middle of a node.
-        if self.unwalked_s >= T::of(walk::EVERY_S) {
+        if self.course.unwalked_s >= T::of(walk::EVERY_S) {
             self.task = Task::Widening(0);
-        } else if end_us >= self.weighed_us.saturating_add(WEIGHED_EVERY_US) {
-            self.weighed_us = end_us;
+        } else if end_us >= self.course.weighed_us.saturating_add(WEIGHED_EVERY_US) {
+            self.course.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
             let widths = self.prior.sigma.get(HARD_IRON.columns()).unwrap_or_default();
-            let told = reading::told_by_reference(&self.node, (&self.settings, self.field_unit), widths);
-            self.evidence.unturned = Unturned::new(self.unturned(), told);
+            let told = reading::told_by_reference(&self.node, (&self.settings, self.course.field_unit), widths);
+            self.evidence.choice.unturned = Unturned::new(self.unturned(), told);
             self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;
         }
@@ -279,14 +279,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Does one piece of the weighing of the effects; at its end takes out the mean of those that the data show.
     #[inline(never)]
     fn weigh(&mut self) {
-        let units = Units { sigma: &self.prior.sigma, field_ut: self.field_unit };
+        let units = Units { sigma: &self.prior.sigma, field_ut: self.course.field_unit };
         let rows = (&mut self.update.rows, &mut self.further);
         if self.evidence.step(rows, &self.globals, &self.candidates, &units) {
             return;
         }
         let mut x = [T::ZERO; E];
-        for (column, mean) in self.evidence.taken.iter().zip(&self.evidence.mean) {
-            if let Some(x) = usize::from(*column).checked_sub(NUISANCES).and_then(|e| x.get_mut(e)) {
+        for (column, mean) in self.evidence.account.taken.iter().zip(&self.evidence.account.mean) {
+            if let Some(x) = column.place().and_then(|place| x.get_mut(place)) {
                 *x = *mean;
             }
         }
@@ -295,7 +295,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.left_over.start();
         }
         self.candidates.take_out(&x, &mut self.globals, &mut self.node);
-        self.candidates.note_steps(&self.evidence.claims, &self.evidence.tried);
+        self.candidates.note_steps(&self.evidence.account.claims, &self.evidence.choice.tried);
         self.linearise();
         self.task = Task::Next;
     }
@@ -325,10 +325,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// after the last.
     #[inline(never)]
     fn spread(&mut self, of: usize) -> bool {
-        if of >= self.evidence.taken.len() {
+        if of >= self.evidence.account.taken.len() {
             return false;
         }
-        let spread = self.candidates.spread(of, (&self.evidence.taken, &self.evidence.covariance), &self.globals);
+        let spread = self.candidates.spread(
+            of,
+            (&self.evidence.account.taken, &self.evidence.account.covariance),
+            &self.globals,
+        );
         self.averaging.spread(&spread);
         self.task = Task::Spreading(of + 1);
         true
@@ -340,12 +344,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         for (column, sigma) in self.prior.sigma.iter().enumerate().skip(from) {
             let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
             if variance > 0.0 {
-                self.candidates.widen(&mut self.globals, column, T::of(variance) * self.unwalked_s);
+                self.candidates.widen(&mut self.globals, column, T::of(variance) * self.course.unwalked_s);
                 self.task = Task::Widening(column + 1);
                 return;
             }
         }
-        self.unwalked_s = T::ZERO;
+        self.course.unwalked_s = T::ZERO;
         self.task = Task::Walking(0);
     }
 

@@ -4,7 +4,7 @@
 
 use super::{Decision, Refusal, WindowReport, schedule::Update};
 use crate::{
-    compensation::GyroModel,
+    compensation::{GyroModel, Theta},
     config::{Config, IdentificationConfig},
     estimator::Posterior,
 };
@@ -85,8 +85,8 @@ impl Flight<'_> {
     }
 }
 
-/// Prior standard deviations of P (row-major) and b.
-fn prior_sigma(config: &IdentificationConfig) -> [f32; 12] {
+/// Prior standard deviations.
+fn prior_sigma(config: &IdentificationConfig) -> Theta {
     core::array::from_fn(|i| match i {
         0 | 4 | 8 => config.prior_sigma_diagonal,
         0..9 => config.prior_sigma_off_diagonal,

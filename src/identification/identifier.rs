@@ -10,7 +10,7 @@ use super::{
 #[cfg(feature = "storage")]
 use crate::estimator::{Learnt, LearntHead, NotContinued};
 use crate::{
-    compensation::{ActiveEffects, Effect, GyroModel},
+    compensation::{ActiveEffects, Effect, GyroModel, Theta},
     config::Config,
     diagnosis::{DiagnosisReport, Findings},
     estimator::{Estimator, KnownAttitude, Settings},
@@ -28,8 +28,8 @@ const JUDGE_UNITS: u32 = 180;
 /// Facts about an update that has taken effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Taken {
-    /// Deviations of the model that flies now, P row-major, then b, rad/s.
-    pub sigma: [f32; 12],
+    /// Deviations of the model that flies now.
+    pub sigma: Theta,
     /// True if the effects that are taken out have changed.
     pub effects: bool,
     /// True if the effects of the magnetometer that are taken out have changed.
@@ -91,10 +91,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.overruns = 0;
     }
 
-    /// Flies this model, known with these deviations (P row-major, then b), from the first sample on. Call it between
+    /// Flies this model, known with these deviations, from the first sample on. Call it between
     /// `configure` and `start`.
     #[cfg(feature = "storage")]
-    pub fn restore(&mut self, gyro: &GyroModel, sigma: &[f32; 12], effects: &ActiveEffects) {
+    pub fn restore(&mut self, gyro: &GyroModel, sigma: &Theta, effects: &ActiveEffects) {
         self.flown = *gyro;
         self.findings.restore(effects);
         self.estimator.restore(gyro, sigma, effects);

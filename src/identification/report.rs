@@ -1,6 +1,10 @@
 //! Report of a window: its decision and reason, the fit with its uncertainty, and the figures behind both.
 
-use crate::{compensation::GyroModel, config::OptimizerKind, estimator::Refusal};
+use crate::{
+    compensation::{GyroModel, Theta},
+    config::OptimizerKind,
+    estimator::Refusal,
+};
 
 /// Result of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +35,8 @@ pub struct WindowReport {
     pub bias_only: GyroModel,
     /// Model that flies from `t_effect_us` on.
     pub flown: GyroModel,
-    /// 1-sigma of P (row-major, 9) then b (rad/s, 3) of `fitted`; the prior's where nothing was observed.
-    pub sigma: [f32; 12],
+    /// Deviations of `fitted`; the prior's where nothing was observed.
+    pub sigma: Theta,
     /// Covariance of P's nine elements, row-major, lower triangle row by row: 45 numbers in three lots of 15, since
     /// no longer array can be serialised. [`WindowReport::covariance_of_p`] finds an element.
     pub p_covariance: [[f32; 15]; 3],

@@ -72,7 +72,7 @@ impl<E: i2c::Error> i2c::Error for InjectedError<E> {
 /// Meter of the ticks that transactions take, by a counter of the board.
 #[derive(Clone, Copy, Debug)]
 pub struct WireMeter {
-    /// Reads a counter of 24 bits that counts up.
+    /// Function that reads the chip's tick counter, which has 24 bits and counts up.
     pub count: fn() -> u32,
     /// Ticks spent so far.
     pub spent: u64,

@@ -151,7 +151,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
 
     /// Advances the parts to `truth.t_us`; no adapter runs.
     pub fn pass_to(&mut self, truth: &Sample) {
-        // After a time-out the time may be later than the truth's.
+        // An adapter that waited for its time-out may have moved the clock past the truth's time; it does not go back.
         self.parts.now_us.set(self.parts.now_us.get().max(truth.t_us));
         if let Ok(mut part) = self.parts.inertial.try_borrow_mut() {
             part.play(truth);

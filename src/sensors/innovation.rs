@@ -111,7 +111,7 @@ impl Innovation {
         let (mut jumped, mut stuck, mut doubtful, mut stand, mut odds) = (false, false, false, true, 0.0);
         for (axis, code) in self.axes.iter_mut().zip(codes) {
             if first {
-                // The first frame has none to be compared with.
+                // The first frame has no frame before it to be compared with.
                 axis.last = code;
                 continue;
             }

@@ -1,8 +1,6 @@
 //! Effect `accel_bias`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
-use crate::estimator::columns::ACCEL_BIAS;
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, axis, negated};
 use nalgebra::Vector3;
 
 /// Constant offset of the accelerometer: a term once per revolution in the earth frame.
@@ -33,8 +31,8 @@ impl Effect for AccelBias {
         axis(k)
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(ACCEL_BIAS.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::AccelBias)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {

@@ -1,8 +1,6 @@
 //! Effect `accel_lag`.
 
-use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
-use crate::estimator::columns::ACCEL_LAG;
-use core::ops::Range;
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, VectorError};
 use nalgebra::Vector3;
 
 /// Delay of the accelerometer behind the gyro: it reads a(t - tau). Gravity turns in the body by -w x a, so
@@ -29,8 +27,8 @@ impl Effect for AccelLag {
         snapshot.rate_rad_s.cross(&snapshot.force_m_s2)
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(ACCEL_LAG.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::AccelLag)
     }
 
     fn is_delay(&self) -> bool {

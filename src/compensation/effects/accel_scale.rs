@@ -1,8 +1,7 @@
 //! Effect `accel_scale`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, component};
-use crate::{estimator::columns::ACCEL_MATRIX, units::DEGREES};
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, axis, component};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
 
 /// Scale factors and cross-axis sensitivity of the accelerometer, and a turn of its axes against the gyro's:
@@ -57,8 +56,8 @@ impl Effect for AccelScale {
         }
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(ACCEL_MATRIX.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::AccelMatrix)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {

@@ -1,8 +1,6 @@
 //! Effect `axial_interference`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
-use crate::estimator::columns::HARD_IRON;
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, axis, negated};
 use nalgebra::Vector3;
 
 /// Constant offset of the field along the tool axis (z), from magnetised drill string.
@@ -30,8 +28,8 @@ impl Effect for AxialInterference {
         axis(k + 2)
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(HARD_IRON.from + 2..HARD_IRON.from + 3)
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::AxialIron)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], field_ut: f32) -> [f32; MAX_PARAMETERS] {

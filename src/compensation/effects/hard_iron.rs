@@ -1,8 +1,6 @@
 //! Effect `hard_iron`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, axis, negated};
-use crate::estimator::columns::HARD_IRON;
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, axis, negated};
 use nalgebra::Vector3;
 
 /// Constant body-fixed offset of the field (hard iron): a term once per revolution in the field's norm.
@@ -31,8 +29,8 @@ impl Effect for HardIron {
         axis(k)
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(HARD_IRON.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::HardIron)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], field_ut: f32) -> [f32; MAX_PARAMETERS] {

@@ -1,8 +1,6 @@
 //! Effect `mag_lag`.
 
-use super::super::effect::{Effect, Parameter, Sensor, Snapshot};
-use crate::estimator::columns::MAG_LAG;
-use core::ops::Range;
+use super::super::effect::{Effect, Parameter, Sensor, Snapshot, VectorError};
 use nalgebra::Vector3;
 
 /// Delay of the magnetometer behind the gyro: it reads m(t - tau), to first order m + tau w x m.
@@ -30,8 +28,8 @@ impl Effect for MagLag {
         snapshot.rate_rad_s.cross(&snapshot.field_ut)
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(MAG_LAG.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::MagLag)
     }
 
     fn is_delay(&self) -> bool {

@@ -1,8 +1,7 @@
 //! Effect `mag_misalignment`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, negated};
-use crate::{estimator::columns::MAG_TURN, units::DEGREES};
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, negated};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
 
 /// A turn of the magnetometer's axes against the gyro's and the accelerometer's: the field reads r x m in excess.
@@ -40,8 +39,8 @@ impl Effect for MagMisalignment {
         }
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(MAG_TURN.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::MagTurn)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {

@@ -1,8 +1,7 @@
 //! Effect `soft_iron`.
 
-use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, negated};
-use crate::{estimator::columns::MAG_MATRIX, units::DEGREES};
-use core::ops::Range;
+use super::super::effect::{Effect, MAX_PARAMETERS, Parameter, Sensor, Snapshot, VectorError, negated};
+use crate::units::DEGREES;
 use nalgebra::Vector3;
 
 /// Soft iron, and a turn of the magnetometer's axes against the gyro's: the field reads M m in excess, M
@@ -62,8 +61,8 @@ impl Effect for SoftIron {
         }
     }
 
-    fn nuisance(&self) -> Option<Range<usize>> {
-        Some(MAG_MATRIX.columns())
+    fn vector_error(&self) -> Option<VectorError> {
+        Some(VectorError::MagMatrix)
     }
 
     fn parameters_of(&self, unknowns: &[f32; MAX_PARAMETERS], _: f32) -> [f32; MAX_PARAMETERS] {

@@ -1,23 +1,23 @@
-//! Claims, the competitors for the evidence: effects of the library, steps of the bias one by one, and errors of the
-//! vector sensors for which there is no name. `evidence.rs` chooses among them.
+//! The candidates that compete for the evidence, and the claim that a chosen one makes. `choice.rs` chooses.
 
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
-    Candidates, MAX_CLAIMS, MAX_TAKEN, STEPS,
+    Candidates, MAX_CANDIDATES, MAX_TAKEN, STEPS,
+    candidate_id::{CandidateId, CandidateSet},
+    column_id::{ColumnId, Columns},
     matrix::{LEAST_FACTOR, at, at_most},
 };
 use crate::{
-    compensation::effect::MAX_PARAMETERS,
+    algebra::cholesky::Cholesky,
+    compensation::{Effect, effect::MAX_PARAMETERS},
     estimator::{
-        cholesky::Cholesky,
-        columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, NUISANCES},
+        columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX},
         globals::Globals,
         real::{Real, V3},
     },
 };
-use core::ops::Range;
 
 /// Errors of the vector sensors that are always possible, with or without a name in the library.
 const NAMELESS: [Group; 6] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS];
@@ -43,8 +43,8 @@ pub struct Claim {
     pub size: f32,
     /// Root mean square that the parameters' deviations alone would add.
     pub size_sigma: f32,
-    /// Rivals: effects of the library that are as likely, one bit each.
-    pub rivals: u32,
+    /// Rivals: candidates that are as likely.
+    pub rivals: CandidateSet,
     /// True if the effect is taken out: enough evidence, a possible size, and no rival on the other vector sensor.
     pub is_taken_out: bool,
 }
@@ -58,39 +58,54 @@ pub(in crate::estimator) struct Units<'a, T> {
 }
 
 impl<T: Real, const E: usize> Candidates<T, E> {
-    /// Number of claims: the library's effects, then the further steps of the bias.
-    pub fn claims(&self) -> usize {
+    /// Number of candidates.
+    fn count(&self) -> usize {
         let steps = self.library().iter().filter(|effect| effect.is_bias_step()).count() * (STEPS - 1);
         let all = self.library().len() + steps + NAMELESS.len();
-        if all < MAX_CLAIMS { all } else { MAX_CLAIMS }
+        if all < MAX_CANDIDATES { all } else { MAX_CANDIDATES }
     }
 
-    /// Number of claims that the library has a name for.
-    pub fn named_claims(&self) -> usize {
-        let all = self.claims();
+    /// Number of candidates that the library has a name for.
+    pub fn named_count(&self) -> usize {
+        let all = self.count();
         if all > NAMELESS.len() { all - NAMELESS.len() } else { 0 }
     }
 
-    /// Returns true if a claim is an error of a vector sensor that the library does not have.
-    pub(super) fn is_nameless(&self, claim: usize) -> bool {
-        claim >= self.named_claims()
+    /// Candidates that the library has a name for.
+    pub(super) fn named(&self) -> impl Iterator<Item = CandidateId> + use<T, E> {
+        (0..self.named_count()).map(CandidateId::new)
+    }
+
+    /// Candidates that are errors of a vector sensor without a name.
+    pub(super) fn nameless(&self) -> impl Iterator<Item = CandidateId> + use<T, E> {
+        (self.named_count()..self.count()).map(CandidateId::new)
+    }
+
+    fn is_nameless(&self, candidate: CandidateId) -> bool {
+        candidate.number() >= self.named_count()
+    }
+
+    /// Effect of the library that a candidate is, or whose step it is; `None` without a name.
+    fn effect(&self, candidate: CandidateId) -> Option<&'static dyn Effect> {
+        let index = self.effect_of(candidate).0;
+        self.library().get(index).filter(|_| !self.is_nameless(candidate)).copied()
     }
 
     /// Returns true if an effect was found in an earlier session.
-    pub(super) fn is_restored(&self, claim: usize) -> bool {
-        self.restored >> self.effect_of(claim).0 & 1 == 1 && !self.is_nameless(claim)
+    pub(super) fn is_restored(&self, candidate: CandidateId) -> bool {
+        self.restored.has(CandidateId::new(self.effect_of(candidate).0)) && !self.is_nameless(candidate)
     }
 
     /// Returns true if an effect is taken out now.
-    pub(super) fn is_taken_out(&self, claim: usize) -> bool {
-        let columns = self.columns_of(claim);
-        columns.start >= NUISANCES && columns.into_iter().any(|c| at(&self.x, c - NUISANCES) != T::ZERO)
+    pub(super) fn is_taken_out(&self, candidate: CandidateId) -> bool {
+        let is_out = |column: ColumnId| column.place().is_some_and(|place| at(&self.x, place) != T::ZERO);
+        self.columns_of(candidate).iter().any(is_out)
     }
 
-    /// The effect of a claim, and its step.
-    pub(super) fn effect_of(&self, claim: usize) -> (usize, u8) {
-        match claim.checked_sub(self.library().len()) {
-            None => (claim, 0),
+    /// Index of a candidate's effect in the library, and its step.
+    pub(super) fn effect_of(&self, candidate: CandidateId) -> (usize, u8) {
+        match candidate.number().checked_sub(self.library().len()) {
+            None => (candidate.number(), 0),
             Some(more) => {
                 let step = self.library().iter().position(|effect| effect.is_bias_step()).unwrap_or(0);
                 (step, more as u8 + 1)
@@ -98,64 +113,59 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         }
     }
 
-    /// Returns true if a claim is an error of one vector sensor where an error of the other is as likely. Compensating
-    /// the wrong one may turn the attitude by the other's error.
-    pub(super) fn is_of_either_vector(&self, claim: usize, rivals: u32) -> bool {
-        let of = |claim: usize| {
-            let effect = self.library().get(self.effect_of(claim).0).filter(|effect| effect.nuisance().is_some());
+    /// Returns true if a candidate is an error of one vector sensor where an error of the other is as likely.
+    /// Compensating the wrong one may turn the attitude by the other's error.
+    pub(super) fn is_of_either_vector(&self, candidate: CandidateId, rivals: CandidateSet) -> bool {
+        let of = |candidate: CandidateId| {
+            let effect = self.effect(candidate).filter(|effect| effect.vector_error().is_some());
             effect.map(|effect| effect.sensor())
         };
         let is_other =
-            |rival: usize| rivals >> rival & 1 == 1 && of(rival).is_some_and(|sensor| Some(sensor) != of(claim));
-        of(claim).is_some() && (0..self.named_claims()).any(is_other)
+            |rival: CandidateId| rivals.has(rival) && of(rival).is_some_and(|sensor| Some(sensor) != of(candidate));
+        of(candidate).is_some() && self.named().any(is_other)
     }
 
-    /// The matrix columns of a claim.
-    pub fn columns_of(&self, claim: usize) -> Range<usize> {
-        if let Some(group) = claim.checked_sub(self.named_claims()) {
-            let columns = NAMELESS.get(group).map_or(0..0, |group| group.columns());
-            let has_name = self.library().iter().filter_map(|effect| effect.nuisance()).any(|own| own == columns);
-            return if has_name { 0..0 } else { columns };
+    /// Columns of a candidate.
+    pub fn columns_of(&self, candidate: CandidateId) -> Columns {
+        if let Some(group) = candidate.number().checked_sub(self.named_count()) {
+            let columns = NAMELESS.get(group).map_or(Columns::NONE, Columns::of_group);
+            let mut named = self.library().iter().filter_map(|effect| effect.vector_error());
+            return if named.any(|error| Columns::of_error(error) == columns) { Columns::NONE } else { columns };
         }
-        let (effect, step) = self.effect_of(claim);
-        self.columns_of_step(effect, step)
-    }
-
-    fn columns_of_step(&self, effect: usize, step: u8) -> Range<usize> {
-        if let Some(nuisance) = self.library().get(effect).and_then(|effect| effect.nuisance()) {
-            return nuisance;
+        let (effect, step) = self.effect_of(candidate);
+        let Some(own) = self.library().get(effect) else { return Columns::NONE };
+        if let Some(error) = own.vector_error() {
+            return Columns::of_error(error);
         }
-        let Some(own) = self.library().get(effect) else { return 0..0 };
-        let Some(from) = self.first_column(effect, step) else { return 0..0 };
+        let Some(from) = self.first_column(effect, step) else { return Columns::NONE };
         // A bias step for which there was no shock has no columns.
         let is_idle = own.is_bias_step() && self.shocks.at_us(step).is_none();
-        NUISANCES + from..NUISANCES + from + if is_idle { 0 } else { own.parameters().len() }
+        Columns::of_effect(from, if is_idle { 0 } else { own.parameters().len() })
     }
 
-    /// Log of the number of chances that a claim has had: a bias step has one at each shock.
-    pub(super) fn chances(&self, claim: usize) -> f32 {
-        let is_chance = self.is_step_of(claim) && self.shocks.seen > 1;
+    /// Log of the number of chances that a candidate has had: a bias step has one at each shock.
+    pub(super) fn chances(&self, candidate: CandidateId) -> f32 {
+        let is_chance = self.is_step_of(candidate) && self.shocks.seen > 1;
         if is_chance { libm::logf(self.shocks.seen as f32) } else { 0.0 }
     }
 
-    /// Returns true if a claim is a step of the bias.
-    pub(super) fn is_step_of(&self, claim: usize) -> bool {
-        let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim));
-        effect.is_some_and(|effect| effect.is_bias_step())
+    /// Returns true if a candidate is a step of the bias.
+    pub(super) fn is_step_of(&self, candidate: CandidateId) -> bool {
+        self.effect(candidate).is_some_and(|effect| effect.is_bias_step())
     }
 
-    /// The claim of a step of the bias.
-    pub(super) fn claim_of_step(&self, step: u8) -> Option<usize> {
+    /// Candidate of a step of the bias.
+    fn candidate_of_step(&self, step: u8) -> Option<CandidateId> {
         let first = self.library().iter().position(|effect| effect.is_bias_step())?;
-        Some(if step == 0 { first } else { self.library().len() + usize::from(step) - 1 })
+        Some(CandidateId::new(if step == 0 { first } else { self.library().len() + usize::from(step) - 1 }))
     }
 
     /// Notes how clearly each bias step shows: its log Bayes factor, infinite if it is claimed.
-    pub fn note_steps(&mut self, claims: &[Claim], tried: &[f32; MAX_CLAIMS]) {
+    pub fn note_steps(&mut self, claims: &[Claim], tried: &[f32; MAX_CANDIDATES]) {
         for step in 0..STEPS as u8 {
             let at_us = self.shocks.at_us(step);
             let is_claimed = at_us.is_some_and(|us| claims.iter().any(|claim| claim.step_us == us));
-            let tried = self.claim_of_step(step).and_then(|claim| tried.get(claim));
+            let tried = self.candidate_of_step(step).and_then(|candidate| tried.get(candidate.number()));
             self.shocks.show(step, if is_claimed { f32::INFINITY } else { tried.copied().unwrap_or(0.0) });
         }
     }
@@ -170,9 +180,8 @@ impl<T: Real, const E: usize> Candidates<T, E> {
 
     /// Sign that the only parameter of an effect must have; `None` if either is possible or there are several
     /// parameters.
-    pub(super) fn sign(&self, claim: usize) -> Option<T> {
-        let effect = self.library().get(self.effect_of(claim).0).filter(|_| !self.is_nameless(claim))?;
-        let [parameter] = effect.parameters() else { return None };
+    pub(super) fn sign(&self, candidate: CandidateId) -> Option<T> {
+        let [parameter] = self.effect(candidate)?.parameters() else { return None };
         (!parameter.signed).then_some(T::ONE)
     }
 
@@ -185,12 +194,12 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     /// Builds a claim, in physical units, from mean and covariance of its columns.
     pub(super) fn claim(
         &self,
-        claim: usize,
+        candidate: CandidateId,
         x: &[T; MAX_PARAMETERS],
         covariance: &[[T; MAX_PARAMETERS]; MAX_PARAMETERS],
         units: &Units<T>,
     ) -> Claim {
-        let (effect, step) = self.effect_of(claim);
+        let (effect, step) = self.effect_of(candidate);
         let mut one = Claim {
             effect: effect as u8,
             step,
@@ -200,22 +209,22 @@ impl<T: Real, const E: usize> Candidates<T, E> {
             sigma: [0.0; MAX_PARAMETERS],
             size: 0.0,
             size_sigma: 0.0,
-            rivals: 0,
+            rivals: CandidateSet::EMPTY,
             is_taken_out: false,
         };
         let Some(own) = self.library().get(effect) else { return one };
         if own.is_bias_step() {
             one.step_us = self.shocks.at_us(step).unwrap_or(0);
         }
-        let columns = self.columns_of(claim);
+        let columns = self.columns_of(candidate);
         let n = at_most(columns.len(), MAX_PARAMETERS);
         // Rows: parameters; columns: unknowns.
         let mut by = [[0.0_f32; MAX_PARAMETERS]; MAX_PARAMETERS];
-        if let Some(nuisance) = own.nuisance() {
-            for (k, column) in nuisance.enumerate().take(n) {
+        if own.vector_error().is_some() {
+            for (k, column) in columns.iter().enumerate().take(n) {
                 let mut unit = [0.0; MAX_PARAMETERS];
                 if let Some(unit) = unit.get_mut(k) {
-                    *unit = at(units.sigma, column).narrow();
+                    *unit = at(units.sigma, column.index()).narrow();
                 }
                 for (row, value) in by.iter_mut().zip(own.parameters_of(&unit, units.field_ut.narrow())) {
                     if let Some(slot) = row.get_mut(k) {
@@ -224,8 +233,9 @@ impl<T: Real, const E: usize> Candidates<T, E> {
                 }
             }
         } else {
-            for k in 0..n {
-                by[k][k] = self.places().get(columns.start - NUISANCES + k).map_or(0.0, |place| place.usual);
+            for (k, column) in columns.iter().enumerate().take(n) {
+                let place = column.place().and_then(|place| self.places().get(place));
+                by[k][k] = place.map_or(0.0, |place| place.usual);
             }
         }
         let (mut square, mut square_sigma) = (0.0, 0.0);
@@ -264,7 +274,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     /// uncertainty of the effects that are taken out adds to the globals'.
     // Not inlined: its Cholesky factor would enlarge the stack frame of all other work.
     #[inline(never)]
-    pub fn spread(&self, of: usize, (taken, covariance): (&[u8], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
+    pub fn spread(&self, of: usize, (taken, covariance): (&[ColumnId], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];
         let n = at_most(taken.len(), MAX_TAKEN);
         let of_both = |i: usize, j: usize| at(covariance, i * (i + 1) / 2 + j);
@@ -273,7 +283,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         let mut right = [T::ZERO; GLOBALS];
         for (right, row) in right.iter_mut().zip(&self.globals) {
             for (i, column) in taken.iter().enumerate() {
-                *right -= at(row, usize::from(*column).saturating_sub(NUISANCES)) * factor.at(i, of);
+                *right -= at(row, column.place().unwrap_or(0)) * factor.at(i, of);
             }
         }
         for j in (0..GLOBALS).rev() {

@@ -4,11 +4,11 @@
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
-use super::{Candidates, EFFECTS};
+use super::{Candidates, EFFECTS, column_id::ColumnId};
 use crate::{
+    algebra::cholesky::Cholesky,
     compensation::effect::MAX_PARAMETERS,
     estimator::{
-        cholesky::Cholesky,
         columns::{BIAS, GLOBALS, NUISANCES},
         globals::Globals,
         real::Real,
@@ -123,8 +123,8 @@ impl<T: Real> Beside<T> {
     /// Weighs an effect of these columns; the eliminated columns own the first `done` rows. `None` if the data say
     /// nothing of one of its columns.
     #[inline(never)]
-    pub fn new(matrix: &Matrix<T>, columns: &[u8], done: usize) -> Option<Self> {
-        let of = |i: usize| columns.get(i).map_or(0, |column| usize::from(*column));
+    pub fn new(matrix: &Matrix<T>, columns: &[ColumnId], done: usize) -> Option<Self> {
+        let of = |i: usize| columns.get(i).map_or(0, |column| column.index());
         let count = at_most(columns.len(), MAX_PARAMETERS);
         let factor = Cholesky::new(count, |i, j| matrix.dot(of(i), of(j), done))?;
         let mut solved = [T::ZERO; MAX_PARAMETERS];

@@ -5,7 +5,11 @@
 // Fixed sizes; every index is bounded by the loops around it.
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
+mod account;
+mod candidate_id;
+mod choice;
 mod claims;
+mod column_id;
 mod entered;
 pub(super) mod evidence;
 mod matrix;
@@ -23,6 +27,7 @@ use super::{
     real::{Real, V3, zero3},
 };
 use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Sensor};
+pub use candidate_id::{CandidateId, CandidateSet};
 pub use claims::Claim;
 pub(super) use claims::Units;
 pub use rules::Rules;
@@ -34,8 +39,8 @@ pub const EFFECTS: usize = 44;
 
 /// Most effects that are claimed at a time.
 pub const MAX_CLAIMED: usize = MAX_ACTIVE;
-/// Most effects that compete, each step of the bias for itself.
-pub const MAX_CLAIMS: usize = 32;
+/// Most candidates, each step of the bias for itself.
+pub const MAX_CANDIDATES: usize = 32;
 /// Most columns of effects that are taken out.
 pub(super) const MAX_TAKEN: usize = 24;
 
@@ -72,7 +77,7 @@ enum Kind {
 
 impl Kind {
     fn of(effect: &dyn Effect) -> Self {
-        if effect.nuisance().is_some() {
+        if effect.vector_error().is_some() {
             Self::Nuisance
         } else if effect.is_bias_step() {
             Self::BiasStep
@@ -86,17 +91,18 @@ impl Kind {
 pub(super) struct Candidates<T, const EFFECTS: usize> {
     library: Option<&'static [&'static dyn Effect]>,
     /// Kind of each effect of the library: asked for at every increment.
-    kinds: [Kind; MAX_CLAIMS],
+    kinds: [Kind; MAX_CANDIDATES],
     places: [Place; EFFECTS],
     columns: usize,
     /// One past the first column of each effect, for a bias step that of the first step; 0: the effect has no columns.
-    firsts: [u8; MAX_CLAIMS],
-    /// Effects that were found in an earlier session, one bit each.
-    restored: u32,
-    /// Sizes that are taken out, in units of the usual sizes.
+    firsts: [u8; MAX_CANDIDATES],
+    /// Effects that were found in an earlier session.
+    restored: CandidateSet,
+    /// Value of each column that is taken out, in units of its prior's deviation.
     pub x: [T; EFFECTS],
     shocks: Shocks,
-    /// Addition of each column's effect, of its usual size, to its sensor's reading in the latest increment.
+    /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
+    /// deviation.
     terms: [V3<T>; EFFECTS],
     /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
     /// increments.
@@ -119,11 +125,11 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         const NOWHERE: Place = Place { effect: 0, parameter: 0, step: 0, sensor: Sensor::Gyro, usual: 0.0 };
         Self {
             library: None,
-            kinds: [Kind::Own; MAX_CLAIMS],
+            kinds: [Kind::Own; MAX_CANDIDATES],
             places: [NOWHERE; EFFECTS],
             columns: 0,
-            firsts: [0; MAX_CLAIMS],
-            restored: 0,
+            firsts: [0; MAX_CANDIDATES],
+            restored: CandidateSet::EMPTY,
             x: [T::ZERO; EFFECTS],
             shocks: Shocks::zero(),
             terms: [zero3(); EFFECTS],
@@ -178,8 +184,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Forgets all that was learnt of the effects, and takes nothing out.
     pub fn begin(&mut self) {
         self.x = [T::ZERO; EFFECTS];
-        (self.columns, self.restored) = (0, 0);
-        self.firsts = [0; MAX_CLAIMS];
+        (self.columns, self.restored) = (0, CandidateSet::EMPTY);
+        self.firsts = [0; MAX_CANDIDATES];
         self.shocks.start();
         self.squares = [T::ZERO; PARAMETERS];
         self.increments = 0;
@@ -196,9 +202,11 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub fn restore(&mut self, effects: &ActiveEffects) {
         for found in effects.iter() {
             let index = usize::from(found.index);
-            self.restored |= 1_u32.checked_shl(found.index.into()).unwrap_or(0);
+            self.restored.insert(CandidateId::new(index));
             // A nuisance is restored with the filter's own state.
-            let Some(effect) = self.library().get(index).filter(|effect| effect.nuisance().is_none()) else { continue };
+            let Some(effect) = self.library().get(index).filter(|effect| effect.vector_error().is_none()) else {
+                continue;
+            };
             if self.first_column(index, 0).is_none() {
                 self.give_columns(index, *effect, 0);
             }

@@ -1,4 +1,4 @@
-//! Rules of the evidence: thresholds from which an effect is claimed. `evidence.rs` applies them.
+//! Rules of the evidence: thresholds from which an effect is claimed. `choice.rs` applies them.
 
 /// Rules by the kind of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]

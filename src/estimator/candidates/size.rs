@@ -93,7 +93,7 @@ fn prior_information<T: Real>(width: usize) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::cholesky::Cholesky;
+    use crate::algebra::cholesky::Cholesky;
 
     /// The posterior of data `y = x + noise` of these deviations under the prior N(0, 1).
     fn posterior(y: [f64; 3], deviations: [f64; 3]) -> Posterior<f64> {

@@ -1,13 +1,16 @@
-//! Steadiness of the effects' estimates, each scored by later data. If an estimate is right, a further block of data
-//! changes it with the variance by which its own variance falls; an effect that merely resembles the true cause has
+//! Steadiness of the effects' estimates, each scored by later data. If an estimate is right, further data
+//! change it with the variance by which its own variance falls; an effect that merely resembles the true cause has
 //! larger changes.
 
-use super::{MAX_CLAIMS, PARAMETERS};
+use super::{
+    MAX_CANDIDATES, PARAMETERS,
+    candidate_id::{CandidateId, CandidateSet},
+};
 
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
 /// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
-/// Blocks that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
+/// Weighings that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
 const REMEMBERED: f32 = 20.0;
 
 /// An estimate and its variance; a variance of 0: none.
@@ -19,35 +22,35 @@ struct Estimate {
 
 /// Latest estimates of all effects, and their changes against those that the data should make.
 pub(super) struct Steadiness {
-    /// Claims beside which the estimates were made, one bit each.
-    beside: u32,
+    /// Candidates beside which the estimates were made.
+    beside: CandidateSet,
     estimates: [Estimate; PARAMETERS],
-    /// For each claim: sum of the squared changes over their variances, and their number.
-    changes: [[f32; 2]; MAX_CLAIMS],
+    /// For each candidate: sum of the squared changes over their variances, and their number.
+    changes: [[f32; 2]; MAX_CANDIDATES],
 }
 
 impl Steadiness {
     pub const fn zero() -> Self {
         Self {
-            beside: 0,
+            beside: CandidateSet::EMPTY,
             estimates: [Estimate { mean: 0.0, variance: 0.0 }; PARAMETERS],
-            changes: [[0.0; 2]; MAX_CLAIMS],
+            changes: [[0.0; 2]; MAX_CANDIDATES],
         }
     }
 
-    /// Begins a weighing in which these claims were chosen. Estimates beside other claims are forgotten: they do not
+    /// Begins a weighing in which these candidates were chosen. Estimates beside others are forgotten: they do not
     /// compare.
-    pub fn start(&mut self, beside: u32) {
+    pub fn start(&mut self, beside: CandidateSet) {
         if beside != self.beside {
             self.beside = beside;
             self.estimates = Self::zero().estimates;
         }
     }
 
-    /// Notes an estimate: means and variances of a claim's parameters, whose places begin at `from`.
-    pub fn note(&mut self, claim: usize, from: usize, estimate: impl Iterator<Item = (f32, f32)>) {
+    /// Notes an estimate: means and variances of a candidate's parameters, whose places begin at `from`.
+    pub fn note(&mut self, candidate: CandidateId, from: usize, estimate: impl Iterator<Item = (f32, f32)>) {
         let places = self.estimates.iter_mut().skip(from);
-        let Some([sum, count]) = self.changes.get_mut(claim) else { return };
+        let Some([sum, count]) = self.changes.get_mut(candidate.number()) else { return };
         let mut most = 0.0;
         for (before, (mean, variance)) in places.zip(estimate) {
             most += REMEMBERED;
@@ -67,8 +70,8 @@ impl Steadiness {
     }
 
     /// Variance of an effect's changes by further data over the one that it should have; never below 1.
-    pub fn dispersion(&self, claim: usize) -> f32 {
-        match self.changes.get(claim) {
+    pub fn dispersion(&self, candidate: CandidateId) -> f32 {
+        match self.changes.get(candidate.number()) {
             Some([sum, count]) if *sum > *count => *sum / *count,
             _ => 1.0,
         }
@@ -83,6 +86,8 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_xoshiro::Xoshiro128PlusPlus;
 
+    const FIRST: CandidateId = CandidateId::new(0);
+
     /// Estimates of a constant from readings of unit variance, noted every 20 of them; `extra` is added to each
     /// reading.
     fn noted(seed: u64, extra: impl Fn(usize) -> f64) -> f32 {
@@ -95,11 +100,11 @@ mod tests {
             sum += 3.0 + deviate + extra(k);
             count += 1.0;
             if k % 20 == 19 {
-                steadiness.start(1);
-                steadiness.note(0, 0, core::iter::once(((sum / count) as f32, (1.0 / count) as f32)));
+                steadiness.start(CandidateSet::EMPTY);
+                steadiness.note(FIRST, 0, core::iter::once(((sum / count) as f32, (1.0 / count) as f32)));
             }
         }
-        steadiness.dispersion(0)
+        steadiness.dispersion(FIRST)
     }
 
     #[test]
@@ -114,14 +119,16 @@ mod tests {
     }
 
     #[test]
-    fn estimates_beside_other_claims_are_not_compared() {
+    fn estimates_beside_other_candidates_are_not_compared() {
         let mut steadiness = Steadiness::zero();
-        for (beside, mean, variance) in [(1, 0.0, 1.0), (2, 30.0, 0.5), (2, 30.1, 0.4)] {
+        let mut other = CandidateSet::EMPTY;
+        other.insert(CandidateId::new(1));
+        for (beside, mean, variance) in [(CandidateSet::EMPTY, 0.0, 1.0), (other, 30.0, 0.5), (other, 30.1, 0.4)] {
             steadiness.start(beside);
-            steadiness.note(0, 0, core::iter::once((mean, variance)));
+            steadiness.note(FIRST, 0, core::iter::once((mean, variance)));
         }
-        assert_eq!(steadiness.dispersion(0), 1.0);
-        steadiness.note(0, 0, core::iter::once((31.0, 0.3)));
-        assert!((steadiness.dispersion(0) - (0.01 / 0.1 + 0.81 / 0.1) / 2.0).abs() < 1e-3);
+        assert_eq!(steadiness.dispersion(FIRST), 1.0);
+        steadiness.note(FIRST, 0, core::iter::once((31.0, 0.3)));
+        assert!((steadiness.dispersion(FIRST) - (0.01 / 0.1 + 0.81 / 0.1) / 2.0).abs() < 1e-3);
     }
 }

@@ -4,20 +4,20 @@ extern crate std;
 
 mod evidence;
 mod filled;
+mod problem;
 mod root;
 mod shocks;
 
 use super::{Candidates, EFFECTS, PARAMETERS, STEPS, shocks::Shocks};
 use crate::{
-    compensation::{Effect, Parameter, Sensor, Snapshot, effects::LIBRARY},
+    compensation::{Effect, Parameter, Sensor, Snapshot, VectorError, effects::LIBRARY},
     estimator::{
-        columns::{GLOBALS, HARD_IRON, NODE},
+        columns::{GLOBALS, NODE},
         globals::Globals,
         rows::{CONSTANT, GLOBAL, ROWS, WIDTH},
         update::SCRATCH,
     },
 };
-use core::ops::Range;
 use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -32,7 +32,7 @@ struct Made {
     sensor: Sensor,
     parameters: &'static [Parameter],
     is_step: bool,
-    nuisance: Option<Range<usize>>,
+    vector_error: Option<VectorError>,
 }
 
 const fn parameter(usual: f32, signed: bool) -> Parameter {
@@ -40,7 +40,7 @@ const fn parameter(usual: f32, signed: bool) -> Parameter {
 }
 
 const fn made(name: &'static str, sensor: Sensor, parameters: &'static [Parameter]) -> Made {
-    Made { name, sensor, parameters, is_step: false, nuisance: None }
+    Made { name, sensor, parameters, is_step: false, vector_error: None }
 }
 
 impl Effect for Made {
@@ -60,8 +60,8 @@ impl Effect for Made {
     fn is_bias_step(&self) -> bool {
         self.is_step
     }
-    fn nuisance(&self) -> Option<Range<usize>> {
-        self.nuisance.clone()
+    fn vector_error(&self) -> Option<VectorError> {
+        self.vector_error
     }
     fn aliases(&self) -> &'static [&'static str] {
         &[]
@@ -75,13 +75,13 @@ static STEP: Made = Made {
     ..made("step", Sensor::Gyro, &[parameter(0.2, true), parameter(0.2, true), parameter(0.2, true)])
 };
 static IRON: Made = Made {
-    nuisance: Some(HARD_IRON.columns()),
+    vector_error: Some(VectorError::HardIron),
     ..made("iron", Sensor::Magnetometer, &[parameter(1.0, true), parameter(1.0, true), parameter(1.0, true)])
 };
 static BEND: Made = made("bend", Sensor::Magnetometer, &[parameter(3.0, true), parameter(3.0, true)]);
 static TWIST: Made = made("twist", Sensor::Magnetometer, &[parameter(1.0, true)]);
 
-/// Effects of these tests, in the order of the claims; after them come the second and the third step.
+/// Effects of these tests, in the order of the candidates; after them come the second and the third step.
 static MADE: [&dyn Effect; 6] = [&SHEAR, &LAG, &STEP, &IRON, &BEND, &TWIST];
 const OF_SHEAR: usize = 0;
 const OF_LAG: usize = 1;
@@ -199,7 +199,7 @@ fn the_library_finds_room() {
     candidates.configure(&LIBRARY);
     let parameters: usize = LIBRARY.iter().map(|effect| effect.parameters().len()).sum();
     assert!(parameters <= PARAMETERS, "{parameters}");
-    for (index, effect) in LIBRARY.iter().enumerate().filter(|(_, effect)| effect.nuisance().is_none()) {
+    for (index, effect) in LIBRARY.iter().enumerate().filter(|(_, effect)| effect.vector_error().is_none()) {
         for step in 0..if effect.is_bias_step() { STEPS as u8 } else { 1 } {
             let from = candidates.give_columns(index, *effect, step);
             assert!(from.is_some() && candidates.first_column(index, step) == from, "{}", effect.name());

@@ -1,6 +1,7 @@
 //! Hard iron along axes of the body that have not turned: only a declared field tells it from the earth's.
 
 use super::{
+    column_id::{ColumnId, Columns},
     entered::Posterior,
     matrix::{Beside, Matrix, savage_dickey},
 };
@@ -8,12 +9,14 @@ use crate::{
     compensation::effect::MAX_PARAMETERS,
     estimator::{columns::HARD_IRON, real::Real},
 };
-use core::ops::Range;
 use heapless::Vec;
 
 /// Dispersion from which on the data say nothing of a claim. A larger one may be infinite, and that, times a component
 /// of zero, is no number.
 const NOTHING: f32 = 1e8;
+
+/// Columns of the hard iron.
+const IRON: Columns = Columns::of_group(&HARD_IRON);
 
 /// Axes that have not turned, and what a declared field tells of a constant field along them.
 pub(in crate::estimator) struct Unturned {
@@ -30,7 +33,8 @@ pub(super) struct IronAlone {
 }
 
 impl IronAlone {
-    /// Evidence of a claim with this iron among its parameters, `whole` as stated, the rest of it at its own dispersion.
+    /// Evidence of a candidate with this iron among its parameters. `whole`: its evidence as stated; the rest of it
+    /// counts at its own dispersion.
     pub fn of_whole(alone: Option<Self>, whole: f32, own: f32) -> f32 {
         alone.map_or(whole / own, |alone| alone.evidence / alone.dispersion + (whole - alone.evidence) / own)
     }
@@ -49,15 +53,15 @@ impl Unturned {
     }
 
     /// Hard-iron columns along the axes.
-    pub fn columns(&self) -> impl Iterator<Item = usize> {
-        HARD_IRON.columns().zip(self.axes).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
+    pub fn columns(&self) -> impl Iterator<Item = ColumnId> {
+        IRON.iter().zip(self.axes).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
     }
 
     /// Dispersion of a column's posterior variance, in units of the prior's: its information over what the declared
     /// field tells. What is beyond that is noise of the attitudes at which rows are made linear. At least `own`, and at
     /// least 1, because the declared field's deviations do not follow from the data's.
-    fn dispersion(&self, column: usize, variance: f32, own: f32) -> f32 {
-        let told = column.checked_sub(HARD_IRON.from).and_then(|axis| self.told?.get(axis).copied());
+    fn dispersion(&self, column: ColumnId, variance: f32, own: f32) -> f32 {
+        let told = IRON.place_of(column).and_then(|axis| self.told?.get(axis).copied());
         let least = if own > 1.0 { own } else { 1.0 };
         let ratio = told.map_or(least, |told| (1.0 / variance - 1.0) / told);
         if ratio < least {
@@ -71,35 +75,31 @@ impl Unturned {
     }
 
     /// The columns of `fresh` that only a declared field tells of, alone beside the `done` ones; `None` without any.
-    pub(super) fn beside<T: Real>(&self, matrix: &Matrix<T>, fresh: &[u8], done: usize, own: f32) -> Option<IronAlone> {
+    pub(super) fn beside<T: Real>(
+        &self,
+        matrix: &Matrix<T>,
+        fresh: &[ColumnId],
+        done: usize,
+        own: f32,
+    ) -> Option<IronAlone> {
         self.told?;
-        let is_of = |column: &usize| fresh.iter().any(|fresh| usize::from(*fresh) == *column);
-        let columns: Vec<u8, 3> = self.columns().filter(is_of).map(|column| column as u8).collect();
+        let columns: Vec<ColumnId, 3> = self.columns().filter(|column| fresh.contains(column)).collect();
         if columns.is_empty() {
             return None;
         }
         let beside = Beside::new(matrix, &columns, done)?;
         let dispersions = columns.iter().enumerate();
-        let dispersion =
-            dispersions.fold(own, |most, (k, column)| self.dispersion(usize::from(*column), beside.variance(k), most));
+        let dispersion = dispersions.fold(own, |most, (k, column)| self.dispersion(*column, beside.variance(k), most));
         Some(IronAlone { evidence: beside.evidence(None)?, dispersion })
     }
 
     /// The same of the posterior of a claim of these columns.
-    pub(super) fn among<T: Real>(
-        &self,
-        posterior: &Posterior<T>,
-        columns: &Range<usize>,
-        own: f32,
-    ) -> Option<IronAlone> {
+    pub(super) fn among<T: Real>(&self, posterior: &Posterior<T>, columns: Columns, own: f32) -> Option<IronAlone> {
         self.told?;
         let mut part =
             Posterior { mean: [T::ZERO; MAX_PARAMETERS], covariance: [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS] };
-        let places: Vec<(usize, usize), 3> = self
-            .columns()
-            .filter(|column| columns.contains(column))
-            .map(|column| (column, column - columns.start))
-            .collect();
+        let places: Vec<(ColumnId, usize), 3> =
+            self.columns().filter_map(|column| Some((column, columns.place_of(column)?))).collect();
         let mut dispersion = own;
         for (k, (column, place)) in places.iter().enumerate() {
             let (row, mean) = (posterior.covariance.get(*place)?, posterior.mean.get(*place)?);
@@ -116,14 +116,14 @@ impl Unturned {
     /// Dispersions of a claim's parameters: that of the iron alone along the axes, its own of the others.
     pub(super) fn dispersions<T: Real>(
         &self,
-        columns: &Range<usize>,
+        columns: Columns,
         alone: Option<IronAlone>,
         own: f32,
     ) -> [T; MAX_PARAMETERS] {
         let mut dispersions = [T::of(own); MAX_PARAMETERS];
         if let Some(alone) = alone {
-            for column in self.columns().filter(|column| columns.contains(column)) {
-                if let Some(slot) = dispersions.get_mut(column - columns.start) {
+            for place in self.columns().filter_map(|column| columns.place_of(column)) {
+                if let Some(slot) = dispersions.get_mut(place) {
                     *slot = T::of(alone.dispersion);
                 }
             }
@@ -147,10 +147,10 @@ mod tests {
             posterior.covariance[k][k] = 1e-4;
         }
         let unturned = Unturned::new([false, false, true], Some([told; 3]));
-        let columns = HARD_IRON.columns();
-        let alone = unturned.among(&posterior, &columns, 1.0);
+        let columns = IRON;
+        let alone = unturned.among(&posterior, columns, 1.0);
         assert!(alone.is_some_and(|alone| alone.evidence.is_finite() && alone.evidence / alone.dispersion >= 0.0));
-        let of = averaged::<f32>(&posterior, 3, &unturned.dispersions(&columns, alone, 1.0));
+        let of = averaged::<f32>(&posterior, 3, &unturned.dispersions(columns, alone, 1.0));
         let three = |of: &dyn Fn(usize) -> f32| [of(0), of(1), of(2)];
         (three(&|k| of.mean[k]), three(&|k| libm::sqrtf(of.covariance[k][k])))
     }

@@ -4,7 +4,7 @@ use super::{
     PARAMETERS, Station,
     rows::{Scales, Whitened},
 };
-use crate::estimator::cholesky::Cholesky;
+use crate::algebra::cholesky::Cholesky;
 
 /// Largest number of Gauss-Newton steps. Errors of a thousandth converge in two steps.
 const STEPS: usize = 8;

@@ -5,7 +5,7 @@ use super::{
     fit::Fit,
     rows::{Rows, Scales},
 };
-use crate::estimator::cholesky::Cholesky;
+use crate::algebra::cholesky::Cholesky;
 
 /// Stations' residuals of a fit, each left out in turn; all in units of the noise.
 pub(super) struct LeftOut {

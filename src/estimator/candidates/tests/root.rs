@@ -3,11 +3,10 @@
 extern crate std;
 
 use super::{
-    super::{Candidates, evidence::Evidence},
+    super::{Candidates, column_id::ColumnId, evidence::Evidence},
     E, GLOBAL, GLOBALS, Globals, Known, LAGS, NODE, ROWS, Row, STEPS_FROM, TWISTS, USED, deviate,
 };
 use crate::estimator::{
-    columns::NUISANCES,
     node::Node,
     real::{identity, rotation_vector},
     rows::{CONSTANT, NEW, WIDTH},
@@ -256,13 +255,17 @@ fn what_is_not_known_of_what_is_taken_out_spreads_to_the_globals() {
     let covariance = (some.transpose() * some).try_inverse().unwrap();
     let mut evidence = Evidence::<f64>::zero();
     for (i, e) in taken.iter().enumerate() {
-        evidence.taken.push((NUISANCES + e) as u8).unwrap();
-        (0..=i).for_each(|j| evidence.covariance[i * (i + 1) / 2 + j] = covariance[(GLOBALS + i, GLOBALS + j)]);
+        evidence.account.taken.push(ColumnId::of_effect(*e)).unwrap();
+        (0..=i).for_each(|j| evidence.account.covariance[i * (i + 1) / 2 + j] = covariance[(GLOBALS + i, GLOBALS + j)]);
     }
     let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| known.globals.root[i][j]);
     let mut found = (root.transpose() * root).try_inverse().unwrap();
     for of in 0..taken.len() {
-        let by = SVector::from(known.candidates.spread(of, (&evidence.taken, &evidence.covariance), &known.globals));
+        let by = SVector::from(known.candidates.spread(
+            of,
+            (&evidence.account.taken, &evidence.account.covariance),
+            &known.globals,
+        ));
         found += by * by.transpose();
     }
     let expected = covariance.fixed_view::<GLOBALS, GLOBALS>(0, 0);

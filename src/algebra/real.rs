@@ -1,4 +1,4 @@
-//! The numbers that the estimator computes with: `f32` on the chip, `f64` where the chip's rounding is measured.
+//! Numbers that the estimator computes with: `f32` on the chip, `f64` where the chip's rounding is measured.
 
 use nalgebra::{Matrix3, RealField, Vector3};
 
@@ -74,39 +74,39 @@ pub type V3<T> = Vector3<T>;
 /// A matrix of three by three.
 pub type M3<T> = Matrix3<T>;
 
-pub(super) const fn zero3<T: Real>() -> V3<T> {
+pub(crate) const fn zero3<T: Real>() -> V3<T> {
     Vector3::new(T::ZERO, T::ZERO, T::ZERO)
 }
 
-pub(super) const fn zero33<T: Real>() -> M3<T> {
+pub(crate) const fn zero33<T: Real>() -> M3<T> {
     Matrix3::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO)
 }
 
-pub(super) const fn identity<T: Real>() -> M3<T> {
+pub(crate) const fn identity<T: Real>() -> M3<T> {
     Matrix3::new(T::ONE, T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO, T::ZERO, T::ZERO, T::ONE)
 }
 
-pub(super) fn widened<T: Real>(v: &Vector3<f32>) -> V3<T> {
+pub(crate) fn widened<T: Real>(v: &Vector3<f32>) -> V3<T> {
     V3::new(T::of(v.x), T::of(v.y), T::of(v.z))
 }
 
-pub(super) fn square<T: Real>(v: &V3<T>) -> T {
+pub(crate) fn square<T: Real>(v: &V3<T>) -> T {
     v.x * v.x + v.y * v.y + v.z * v.z
 }
 
-pub(super) fn norm<T: Real>(v: &V3<T>) -> T {
+pub(crate) fn norm<T: Real>(v: &V3<T>) -> T {
     square(v).root()
 }
 
 /// [v]x: the matrix with [v]x u = v x u.
-pub(super) fn cross_matrix<T: Real>(v: &V3<T>) -> M3<T> {
+pub(crate) fn cross_matrix<T: Real>(v: &V3<T>) -> M3<T> {
     Matrix3::new(T::ZERO, -v.z, v.y, v.z, T::ZERO, -v.x, -v.y, v.x, T::ZERO)
 }
 
 /// The rotation matrix of a rotation vector, radians: Rodrigues' formula, its two coefficients as Taylor series of
 /// five terms. Up to 1 rad the next terms are 1 / 11! and 1 / 12!, 2.5e-8; a longer vector is halved and the rotation
 /// squared.
-pub(super) fn rotation<T: Real>(v: &V3<T>) -> M3<T> {
+pub(crate) fn rotation<T: Real>(v: &V3<T>) -> M3<T> {
     let t2 = square(v);
     if t2 > T::ONE && t2 < T::of(1e4) {
         let half = rotation(&(v * T::of(0.5)));
@@ -124,7 +124,7 @@ pub(super) fn rotation<T: Real>(v: &V3<T>) -> M3<T> {
 }
 
 /// The rotation vector of a rotation matrix, radians, for angles under pi.
-pub(super) fn rotation_vector<T: Real>(r: &M3<T>) -> V3<T> {
+pub(crate) fn rotation_vector<T: Real>(r: &M3<T>) -> V3<T> {
     let half = T::of(0.5);
     let sine = V3::new(r.m32 - r.m23, r.m13 - r.m31, r.m21 - r.m12) * half;
     let cosine = (r.m11 + r.m22 + r.m33 - T::ONE) * half;

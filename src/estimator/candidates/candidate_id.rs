@@ -1,0 +1,77 @@
+//! Candidates by number: the library's effects, then the further steps of the bias, then the errors of the vector
+//! sensors that the library has no name for.
+
+/// One competitor for the evidence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CandidateId(u8);
+
+impl CandidateId {
+    /// Candidate by its number; that of an effect is its index in the library.
+    #[must_use]
+    pub const fn new(number: usize) -> Self {
+        Self(number as u8)
+    }
+
+    /// Number of the candidate.
+    #[must_use]
+    pub const fn number(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Set of candidates, one bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CandidateSet(u32);
+
+impl CandidateSet {
+    /// The set without members.
+    pub const EMPTY: Self = Self(0);
+
+    /// The members as bits, that of candidate 0 the lowest.
+    #[must_use]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    const fn bit(candidate: CandidateId) -> u32 {
+        match 1_u32.checked_shl(candidate.0 as u32) {
+            Some(bit) => bit,
+            None => 0,
+        }
+    }
+
+    pub(super) const fn has(self, candidate: CandidateId) -> bool {
+        self.0 & Self::bit(candidate) != 0
+    }
+
+    pub(super) const fn insert(&mut self, candidate: CandidateId) {
+        self.0 |= Self::bit(candidate);
+    }
+
+    pub(super) const fn remove(&mut self, candidate: CandidateId) {
+        self.0 &= !Self::bit(candidate);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::MAX_CANDIDATES, *};
+
+    #[test]
+    fn a_set_holds_every_candidate_and_only_those_that_were_put_in() {
+        for (a, b) in
+            [(0, 1), (31, 5), (MAX_CANDIDATES - 1, 0)].map(|(a, b)| (CandidateId::new(a), CandidateId::new(b)))
+        {
+            let mut set = CandidateSet::EMPTY;
+            set.insert(a);
+            assert!(set.has(a) && !set.has(b) && set.bits() == 1 << a.number());
+            set.insert(b);
+            set.remove(a);
+            assert!(!set.has(a) && set.has(b));
+        }
+        // A number that has no bit is no other's.
+        let mut set = CandidateSet::EMPTY;
+        set.insert(CandidateId::new(MAX_CANDIDATES));
+        assert_eq!(set, CandidateSet::EMPTY);
+    }
+}

@@ -1,0 +1,134 @@
+//! Columns of the matrix in which effects are weighed: nuisances first, in the order of the table, then the effects'
+//! own columns. The matrix lacks the table's last columns, bias and P, so that an index beyond the nuisances means
+//! something else in each.
+
+use crate::{
+    compensation::VectorError,
+    estimator::columns::{
+        ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, Group, HARD_IRON, MAG_LAG, MAG_MATRIX, MAG_TURN, NUISANCES,
+    },
+};
+
+/// One unknown of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::estimator) struct ColumnId(u8);
+
+impl ColumnId {
+    /// Column of an effect, by its place among the effects' columns.
+    #[cfg(test)]
+    pub const fn of_effect(place: usize) -> Self {
+        Self((NUISANCES + place) as u8)
+    }
+
+    /// Place in the matrix.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Place among the effects' columns; `None` for a nuisance.
+    pub const fn place(self) -> Option<usize> {
+        self.index().checked_sub(NUISANCES)
+    }
+}
+
+/// Columns side by side: those of one candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::estimator) struct Columns {
+    from: u8,
+    to: u8,
+}
+
+impl Columns {
+    pub const NONE: Self = Self { from: 0, to: 0 };
+    /// All nuisances.
+    pub const NUISANCES: Self = Self { from: 0, to: NUISANCES as u8 };
+
+    /// Columns of a group of nuisances.
+    pub const fn of_group(group: &Group) -> Self {
+        Self { from: group.from as u8, to: (group.from + group.count) as u8 }
+    }
+
+    /// Columns of an error of a vector sensor.
+    pub const fn of_error(error: VectorError) -> Self {
+        match error {
+            VectorError::MagMatrix => Self::of_group(&MAG_MATRIX),
+            VectorError::MagTurn => Self::of_group(&MAG_TURN),
+            VectorError::HardIron => Self::of_group(&HARD_IRON),
+            VectorError::AxialIron => Self { from: HARD_IRON.from as u8 + 2, ..Self::of_group(&HARD_IRON) },
+            VectorError::MagLag => Self::of_group(&MAG_LAG),
+            VectorError::AccelLag => Self::of_group(&ACCEL_LAG),
+            VectorError::AccelMatrix => Self::of_group(&ACCEL_MATRIX),
+            VectorError::AccelBias => Self::of_group(&ACCEL_BIAS),
+        }
+    }
+
+    /// Columns of an effect, by the place of the first among the effects' columns.
+    pub const fn of_effect(place: usize, count: usize) -> Self {
+        let from = (NUISANCES + place) as u8;
+        Self { from, to: from + count as u8 }
+    }
+
+    pub const fn one(column: ColumnId) -> Self {
+        Self { from: column.0, to: column.0 + 1 }
+    }
+
+    pub const fn len(self) -> usize {
+        self.to.saturating_sub(self.from) as usize
+    }
+
+    pub const fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    pub fn iter(self) -> impl Iterator<Item = ColumnId> + Clone {
+        (self.from..self.to).map(ColumnId)
+    }
+
+    pub fn has(self, column: ColumnId) -> bool {
+        (self.from..self.to).contains(&column.0)
+    }
+
+    /// Place of a column among these; `None` if it is another's.
+    pub fn place_of(self, column: ColumnId) -> Option<usize> {
+        self.has(column).then(|| usize::from(column.0 - self.from))
+    }
+
+    pub const fn are_within(self, others: Self) -> bool {
+        others.from <= self.from && self.to <= others.to
+    }
+
+    pub const fn are_nuisances(self) -> bool {
+        (self.from as usize) < NUISANCES
+    }
+
+    /// Splits off the first column.
+    pub const fn next(&mut self) -> Option<ColumnId> {
+        if self.is_empty() {
+            return None;
+        }
+        let first = ColumnId(self.from);
+        self.from += 1;
+        Some(first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensation::effects::LIBRARY;
+
+    #[test]
+    fn an_error_of_a_vector_sensor_has_a_column_for_each_parameter() {
+        for effect in LIBRARY {
+            if let Some(error) = effect.vector_error() {
+                let columns = Columns::of_error(error);
+                assert_eq!(columns.len(), effect.parameters().len(), "{}", effect.name());
+                assert!(columns.are_nuisances() && columns.are_within(Columns::NUISANCES), "{}", effect.name());
+                assert!(columns.iter().all(|column| column.place().is_none()), "{}", effect.name());
+            }
+        }
+        assert!(Columns::of_error(VectorError::AxialIron).are_within(Columns::of_error(VectorError::HardIron)));
+        let own = Columns::of_effect(3, 2);
+        assert!(!own.are_nuisances() && own.iter().map(|column| column.place()).eq([Some(3), Some(4)]));
+    }
+}
