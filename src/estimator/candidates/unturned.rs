@@ -1,4 +1,6 @@
-//! Hard iron along axes of the body that have not turned: only a declared field tells it from the earth's.
+//! Errors of the magnetometer that look like another field of the earth while an axis of the body has not turned: hard
+//! iron along the axis; and, of a tool that turns about its own axis alone, a magnetometer that reads more along it and
+//! less across. Only a declared field tells them.
 
 use super::{
     column_id::{ColumnId, Columns},
@@ -7,7 +9,10 @@ use super::{
 };
 use crate::{
     compensation::effect::MAX_PARAMETERS,
-    estimator::{columns::HARD_IRON, real::Real},
+    estimator::{
+        columns::{ALONG, HARD_IRON, MAG_SHAPE},
+        real::Real,
+    },
 };
 use heapless::Vec;
 
@@ -15,14 +20,18 @@ use heapless::Vec;
 /// of zero, is no number.
 const NOTHING: f32 = 1e8;
 
-/// Columns of the hard iron.
+/// Columns of the hard iron, and of the magnetometer's shape.
 const IRON: Columns = Columns::of_group(&HARD_IRON);
+const SHAPE: Columns = Columns::of_group(&MAG_SHAPE);
 
-/// Axes that have not turned, and what a declared field tells of a constant field along them.
+/// Number of columns that an axis which has not turned may hide: hard iron along each, and the shape along the tool's.
+pub(in crate::estimator) const HIDDEN: usize = 4;
+
+/// Axes that have not turned, and what a declared field tells of the columns that they hide.
 pub(in crate::estimator) struct Unturned {
     axes: [bool; 3],
     /// Information of the declared field, in units of the prior's widths; `None` without one.
-    told: Option<[f32; 3]>,
+    told: Option<[f32; HIDDEN]>,
 }
 
 /// Evidence of iron along the axes that have not turned, alone, and its dispersion.
@@ -44,7 +53,7 @@ impl Unturned {
     /// No axis.
     pub const NONE: Self = Self { axes: [false; 3], told: None };
 
-    pub const fn new(axes: [bool; 3], told: Option<[f32; 3]>) -> Self {
+    pub const fn new(axes: [bool; 3], told: Option<[f32; HIDDEN]>) -> Self {
         Self { axes, told }
     }
 
@@ -52,16 +61,17 @@ impl Unturned {
         self.told.is_some()
     }
 
-    /// Hard-iron columns along the axes.
+    /// Columns that an axis which has not turned hides.
     pub fn columns(&self) -> impl Iterator<Item = ColumnId> {
-        IRON.iter().zip(self.axes).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
+        let [x, y, z] = self.axes;
+        hideable().zip([x, y, z, z]).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
     }
 
     /// Dispersion of a column's posterior variance, in units of the prior's: its information over what the declared
     /// field tells. What is beyond that is noise of the attitudes at which rows are made linear. At least `own`, and at
     /// least 1, because the declared field's deviations do not follow from the data's.
     fn dispersion(&self, column: ColumnId, variance: f32, own: f32) -> f32 {
-        let told = IRON.place_of(column).and_then(|axis| self.told?.get(axis).copied());
+        let told = hideable().position(|other| other == column).and_then(|place| self.told?.get(place).copied());
         let least = if own > 1.0 { own } else { 1.0 };
         let ratio = told.map_or(least, |told| (1.0 / variance - 1.0) / told);
         if ratio < least {
@@ -83,7 +93,7 @@ impl Unturned {
         own: f32,
     ) -> Option<IronAlone> {
         self.told?;
-        let columns: Vec<ColumnId, 3> = self.columns().filter(|column| fresh.contains(column)).collect();
+        let columns: Vec<ColumnId, HIDDEN> = self.columns().filter(|column| fresh.contains(column)).collect();
         if columns.is_empty() {
             return None;
         }
@@ -98,7 +108,7 @@ impl Unturned {
         self.told?;
         let mut part =
             Posterior { mean: [T::ZERO; MAX_PARAMETERS], covariance: [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS] };
-        let places: Vec<(ColumnId, usize), 3> =
+        let places: Vec<(ColumnId, usize), HIDDEN> =
             self.columns().filter_map(|column| Some((column, columns.place_of(column)?))).collect();
         let mut dispersion = own;
         for (k, (column, place)) in places.iter().enumerate() {
@@ -132,6 +142,11 @@ impl Unturned {
     }
 }
 
+/// All columns that may be hidden, in the order of what is told.
+fn hideable() -> impl Iterator<Item = ColumnId> {
+    IRON.iter().chain(SHAPE.iter().skip(ALONG).take(1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,7 +161,7 @@ mod tests {
             posterior.mean[k] = 1.0;
             posterior.covariance[k][k] = 1e-4;
         }
-        let unturned = Unturned::new([false, false, true], Some([told; 3]));
+        let unturned = Unturned::new([false, false, true], Some([told; HIDDEN]));
         let columns = IRON;
         let alone = unturned.among(&posterior, columns, 1.0);
         assert!(alone.is_some_and(|alone| alone.evidence.is_finite() && alone.evidence / alone.dispersion >= 0.0));
