@@ -115,6 +115,8 @@ def main() -> int:
     parser.add_argument("--keep", type=Path)
     arguments = parser.parse_args()
     count, held = arguments.recordings, []
+    # A figure stands in a file, too, as soon as it is known.
+    sys.stdout.reconfigure(line_buffering=True)
     with tempfile.TemporaryDirectory() as temporary:
         recordings = arguments.keep or Path(temporary) / "recordings"
         simulated(recordings, count, arguments.seconds)

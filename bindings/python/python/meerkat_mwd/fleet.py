@@ -137,6 +137,8 @@ def run(
     flown = 0
     for future in as_completed(futures):
         flown += future.result()
+        # What is told need not be computed again when the worker that holds it is lost.
+        future.release()
     return {"flown": flown, "kept": len(urls) - flown}
 
 
