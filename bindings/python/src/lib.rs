@@ -2,6 +2,7 @@
 //! without copies. The other half, `python/meerkat_mwd`, is what users call.
 
 mod attitude_alone;
+mod fleet;
 mod flight;
 mod probe;
 mod runs;
@@ -27,5 +28,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(runs::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(runs::survey, module)?)?;
     module.add_function(wrap_pyfunction!(runs::import_recording, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::key, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::tables, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet::tables_of_unread, module)?)?;
     Ok(())
 }

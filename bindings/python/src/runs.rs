@@ -12,6 +12,20 @@ use pyo3::prelude::*;
 
 use crate::{bad, flight::Flight, trace::Trace};
 
+/// Options of a flight.
+pub fn options(
+    config: Option<PathBuf>,
+    hold_out: Option<f64>,
+    seed: Option<u64>,
+    no_effects: bool,
+    force: bool,
+) -> PyResult<Options> {
+    if hold_out.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
+        return Err(bad("hold_out must be between 0 and 1"));
+    }
+    Ok(Options { config, hold_out, seed, no_effects, force, attitude_dir: None, html_dir: None })
+}
+
 /// Flies a recording.
 #[pyfunction]
 #[pyo3(signature = (trace, config=None, hold_out=None, seed=None, no_effects=false, force=false))]
@@ -24,10 +38,7 @@ pub fn replay(
     no_effects: bool,
     force: bool,
 ) -> PyResult<Flight> {
-    if hold_out.is_some_and(|share| !(share > 0.0 && share < 1.0)) {
-        return Err(bad("hold_out must be between 0 and 1"));
-    }
-    let options = Options { config, hold_out, seed, no_effects, force, attitude_dir: None, html_dir: None };
+    let options = options(config, hold_out, seed, no_effects, force)?;
     py.detach(|| result(trace.0.clone(), &options)).map(Flight).map_err(bad)
 }
 

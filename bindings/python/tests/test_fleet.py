@@ -9,12 +9,14 @@ import signal
 import threading
 import time
 
+import numpy as np
+import pandas as pd
 import pytest
 
 import meerkat_mwd as mwd
 from meerkat_mwd import fleet
 
-from test_package import SCENARIO
+from test_package import SCENARIO, run
 
 import dask.distributed as dask
 
@@ -71,6 +73,39 @@ def test_a_killed_worker_costs_nothing_but_its_recording(recordings, tmp_path):
     windows = fleet.read(results, "windows")
     assert len(windows[windows["path"] == recordings[0]]) == len(one["identification"]["windows"])
     assert set(fleet.read(results, "stations").columns) >= {"path", "hash", "inclination_deg", "grade"}
+
+
+def test_the_tables_are_those_of_batch(recordings, tmp_path):
+    # One that rests: its row says in words what is missing.
+    still, noise = tmp_path / "still.csv", np.random.default_rng(1).normal(size=(9_000, 3))
+    mwd.trace(np.arange(9_000) * 0.01, 1e-3 * noise, [0.1, 0.2, 9.8] + 0.01 * noise, [20.0, 1.0, 45.0] + 0.1 * noise).write(still)
+    some = [recordings[0], recordings[1], str(still), *(path for path in recordings if "bad" in path)]
+    results = str(tmp_path / "results")
+    assert all(fleet._one(path, results, {"seed": 3}) for path in some)
+    run("batch", *some, "-o", tmp_path / "all.parquet", "--seed", 3)
+    for name, file in fleet.TABLES.items():
+        theirs = pd.read_parquet(tmp_path / file)
+        ours = fleet.read(results, name)
+        assert len(ours) > 2 and set(ours["hash"]).isdisjoint(theirs["hash"]), "another program"
+        by = [column for column in ["path", "kind", "window", "t_start_s"] if column in ours]
+        both = [table.drop(columns="hash").sort_values(by).reset_index(drop=True) for table in (ours, theirs)]
+        pd.testing.assert_frame_equal(*both, check_exact=True)
+    assert isinstance(fleet.read(results).set_index("path").loc[str(still), "diagnosis_missing"], str)
+    # The same rows without an engine.
+    rows = fleet.fly(recordings[0], open(recordings[0], "rb").read(), seed=3)
+    assert [len(rows[name]) for name in fleet.TABLES] == [(fleet.read(results, name)["path"] == recordings[0]).sum() for name in fleet.TABLES]
+
+
+def test_a_worker_whose_disk_fails_is_no_fault_of_the_recording(tmp_path, monkeypatch):
+    recording, results = tmp_path / "run.csv", str(tmp_path / "results")
+    mwd.simulate(SCENARIO, seed=1)[0].write(recording)
+    # Rows over a megabyte go to a temporary file, whose folder is gone.
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "none"))
+    assert fleet._one(str(recording), results, {})
+    assert "temporary file" in fleet.read(results)["error"][0]
+    monkeypatch.undo()
+    assert fleet._one(str(recording), results, {})
+    assert fleet.read(results)["ok"].tolist() == [True]
 
 
 def test_a_result_is_known_by_bytes_and_takes_the_place_of_the_former_one(tmp_path, monkeypatch):

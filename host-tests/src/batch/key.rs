@@ -22,8 +22,16 @@ impl Key {
     /// # Errors
     /// The recording or the configuration cannot be read.
     pub fn of(path: &Path, options: &Options) -> io::Result<Self> {
+        Self::by(program(), path, options)
+    }
+
+    /// The key of a recording's content that another program flies, which is known by a hash.
+    ///
+    /// # Errors
+    /// The recording or the configuration cannot be read.
+    pub fn by(program: &[u8], path: &Path, options: &Options) -> io::Result<Self> {
         let mut hash = Sha256::new();
-        hash.update(program());
+        hash.update(program);
         hash.update(options.told());
         if let Some(config) = &options.config {
             add(&mut hash, config)?;
@@ -41,6 +49,12 @@ impl Key {
 
     fn from(hash: Sha256) -> Self {
         Self(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    /// A key that was told as text.
+    #[must_use]
+    pub const fn told(text: String) -> Self {
+        Self(text)
     }
 
     /// As text.

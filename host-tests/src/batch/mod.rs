@@ -1,6 +1,7 @@
 //! Many recordings at once: each flown on its own, its result kept under a hash of all that it depends on,
 //! so that a run goes on where it stopped; three tables of all of them at the end.
 
+mod alone;
 mod flown;
 pub mod inputs;
 mod key;
@@ -16,6 +17,7 @@ use std::{
 
 use rayon::prelude::*;
 
+pub use alone::alone;
 pub use flown::{Result, result};
 pub use key::{Key, program};
 pub use options::Options;
@@ -25,9 +27,8 @@ use crate::{
     trace::{Fault, TraceError},
 };
 use flown::Beside;
-use parquet_file::Table;
+use parquet_file::Tables;
 use parts::{Part, Parts};
-use schema::{RECORDINGS, STATIONS, WINDOWS};
 
 /// Results that are read together for the tables: their JSON is ten times as large in memory as in its file.
 const AT_ONCE: usize = 32;
@@ -72,11 +73,7 @@ pub fn run(
         paths.par_iter().with_max_len(1).map(one).collect()
     });
     let mut tally = Tally { recordings: paths.len(), ..Tally::default() };
-    let mut tables = [
-        Table::create(results, "", RECORDINGS)?,
-        Table::create(results, "windows", WINDOWS)?,
-        Table::create(results, "stations", STATIONS)?,
-    ];
+    let mut tables = Tables::create(results)?;
     let keyed = keyed.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
     // A share at a time, so that the rows of all need not be in memory.
     for (paths, keyed) in paths.chunks(AT_ONCE).zip(keyed.chunks(AT_ONCE)) {
@@ -91,12 +88,10 @@ pub fn run(
             tally.bad += usize::from(is_bad);
             tally.flown += usize::from(*seconds >= 0.0);
             tally.flown_s += seconds.max(0.0);
-            for (table, rows) in tables.iter_mut().zip(rows) {
-                rows.iter().try_for_each(|row| table.push(row))?;
-            }
+            tables.push(&rows)?;
         }
     }
-    tables.into_iter().try_for_each(Table::finish)?;
+    tables.finish()?;
     Ok(tally)
 }
 
@@ -121,18 +116,20 @@ fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Ke
     if parts.has(&key) && beside.is_there() {
         return Ok((key, -1.0));
     }
-    let flown = catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, &beside)));
-    let (key, part) = match flown {
-        Ok(Ok(part)) => (key, part),
-        Ok(Err(error)) => {
-            let part = Part::refused(without_path(&error.to_string(), path));
-            // A full disk says nothing of the recording: the next run tries again.
-            (if is_of_the_input(&error) { key } else { Key::of_path(path) }, part)
-        }
-        Err(_) => (key, Part::refused("a defect of this program: it panicked".into())),
-    };
+    let (part, is_of_the_input) = flown_or_refused(path, options, &beside);
+    // A full disk says nothing of the recording: the next run tries again.
+    let key = if is_of_the_input { key } else { Key::of_path(path) };
     parts.write(&key, &part)?;
     Ok((key, part.duration_s()))
+}
+
+/// Flies one recording: its part, and whether the same recording with the same options gives that again.
+fn flown_or_refused(path: &Path, options: &Options, beside: &Beside) -> (Part, bool) {
+    match catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, beside))) {
+        Ok(Ok(part)) => (part, true),
+        Ok(Err(error)) => (Part::refused(without_path(&error.to_string(), path)), is_of_the_input(&error)),
+        Err(_) => (Part::refused("a defect of this program: it panicked".into()), true),
+    }
 }
 
 /// Whether the same recording with the same options fails so again.

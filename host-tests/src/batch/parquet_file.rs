@@ -16,14 +16,39 @@ use parquet::{
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
-use super::schema::{Column, Kind, single};
+use super::schema::{Column, Kind, RECORDINGS, STATIONS, WINDOWS, single};
 use crate::failure::Failure;
 
 /// Rows that are held in memory.
 const GROUP: usize = 10_000;
 
+/// The three tables of a batch.
+pub struct Tables([Table; 3]);
+
+impl Tables {
+    /// Begins `results`, and beside it the tables of windows and of stations.
+    pub fn create(results: &Path) -> Result<Self, Failure> {
+        Ok(Self([
+            Table::create(results, "", RECORDINGS)?,
+            Table::create(results, "windows", WINDOWS)?,
+            Table::create(results, "stations", STATIONS)?,
+        ]))
+    }
+
+    /// Adds the rows of a recording.
+    pub fn push(&mut self, rows: &[Vec<Value>; 3]) -> Result<(), Failure> {
+        let mut all = self.0.iter_mut().zip(rows);
+        all.try_for_each(|(table, rows)| rows.iter().try_for_each(|row| table.push(row)))
+    }
+
+    /// Gives the files their names.
+    pub fn finish(self) -> Result<(), Failure> {
+        self.0.into_iter().try_for_each(Table::finish)
+    }
+}
+
 /// A table that is being written.
-pub struct Table {
+struct Table {
     path: PathBuf,
     columns: Vec<(String, String, Kind)>,
     held: Vec<Values>,
@@ -68,7 +93,7 @@ impl Values {
 
 impl Table {
     /// Begins the table of `results`, or the one beside it that is called `name`.
-    pub fn create(results: &Path, name: &str, columns: &[Column]) -> Result<Self, Failure> {
+    fn create(results: &Path, name: &str, columns: &[Column]) -> Result<Self, Failure> {
         let path = if name.is_empty() { results.to_owned() } else { results.with_extension(format!("{name}.parquet")) };
         let columns = single(columns);
         let failed = |error: &dyn std::fmt::Display| Failure::Output { path: path.clone(), why: error.to_string() };
@@ -95,7 +120,7 @@ impl Table {
     }
 
     /// Adds a row.
-    pub fn push(&mut self, row: &Value) -> Result<(), Failure> {
+    fn push(&mut self, row: &Value) -> Result<(), Failure> {
         for ((_, pointer, _), held) in self.columns.iter().zip(&mut self.held) {
             held.push(row.pointer(pointer));
         }
@@ -115,7 +140,7 @@ impl Table {
     }
 
     /// Writes what is held, and gives the file its name.
-    pub fn finish(mut self) -> Result<(), Failure> {
+    fn finish(mut self) -> Result<(), Failure> {
         if self.rows > 0 {
             self.group()?;
         }

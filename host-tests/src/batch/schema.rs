@@ -58,6 +58,7 @@ pub const RECORDINGS: &[Column] = &[
     ("identification.final.sigma[12]", Number),
     ("identification.final.rank", Count),
     ("diagnosis.verdict", Text),
+    ("diagnosis.missing", Text),
     ("diagnosis.residual.gravity_deg.before", Number),
     ("diagnosis.residual.gravity_deg.after", Number),
     ("diagnosis.residual.magnetic_deg.before", Number),

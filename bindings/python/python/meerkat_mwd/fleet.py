@@ -1,10 +1,11 @@
 """Recordings past one machine, on an engine that is there: Dask distributed; see the README for Spark and Ray.
 
-A recording is a task. Its result is three small Parquet files, named by a hash of the recording's address and by one of
-all that the result depends on: the recording's bytes, the configuration's, the other options and the compiled library;
-each appears whole or not at all, the one of ``recordings`` last. So a task that an engine runs twice writes the same files
-twice, a lost worker loses only what it was flying, and a run that is started again flies only what is not there. A result
-takes the place of the same recording's former one.
+A recording is a task. Its result is the three tables of ``cargo mwd batch``, of this recording alone: small Parquet files,
+named by a hash of the recording's address and by the one that ``batch`` has for all that the result depends on: the
+recording's bytes, the configuration's, the other options and the compiled library. Each appears whole or not at all, the
+one of ``recordings`` last. So a task that an engine runs twice writes the same files twice, a lost worker loses only what
+it was flying, and a run that is started again flies only what is not there. A result takes the place of the same
+recording's former one.
 """
 
 from __future__ import annotations
@@ -12,11 +13,10 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import io
-import json
+import os
 import tempfile
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,86 +29,43 @@ if TYPE_CHECKING:
 
 __all__ = ["TABLES", "fly", "read", "run"]
 
-#: Names of the tables: a row a recording, a window, a survey.
-TABLES = ("recordings", "windows", "stations")
-
-#: Columns that are no numbers.
-_TEXT = {
-    "path", "hash", "error", "effects", "trace_path", "trace_serial", "trace_date", "identification_motion",
-    "identification_motion_from", "identification_note", "diagnosis_verdict", "reason", "optimizer", "window_note", "kind", "toolface", "grade",
-}  # fmt: skip
-_FLAG = {"ok", "accepted", "rotating"}
+#: Names of the tables, a row a recording, a window, a survey, and their files as ``batch`` names them.
+TABLES = {"recordings": "all.parquet", "windows": "all.windows.parquet", "stations": "all.stations.parquet"}
 
 
-def _flat(value: Any, name: str, row: dict[str, Any]) -> None:
-    """Numbers and texts of a JSON value, named by their path with ``_`` between; lists of objects are tables."""
-    if isinstance(value, dict):
-        for key, member in value.items():
-            _flat(member, f"{name}_{key}" if name else key, row)
-    elif isinstance(value, list):
-        if not any(isinstance(member, (dict, list, bool)) for member in value):
-            for index, member in enumerate(value):
-                row[f"{name}_{index}"] = member
-    else:
-        row[name] = value
+@contextlib.contextmanager
+def _file(url: str, content: bytes) -> Iterator[Path]:
+    """A recording's bytes as a file, in a folder that has place for its tables."""
+    ending = "".join(Path(url.split("?")[0]).suffixes[-2:]) or ".csv"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"trace{ending}"
+        file.write_bytes(content)
+        yield file
+
+
+def _options(
+    config: str | os.PathLike[str] | None = None,
+    hold_out: float | None = None,
+    seed: int | None = None,
+    no_effects: bool = False,
+    force: bool = False,
+) -> dict[str, Any]:
+    """All options of a flight, by their names."""
+    return {"config": config, "hold_out": hold_out, "seed": seed, "no_effects": no_effects, "force": force}
 
 
 def fly(url: str, content: bytes, **options: Any) -> dict[str, list[dict[str, Any]]]:
     """Rows of the three tables for a recording's bytes; what cannot be flown is a row with its reason.
 
-    Needs no engine: call it in Spark's ``mapInPandas`` or in a Ray task. Options as in :func:`meerkat_mwd.replay`.
+    Needs no engine: call it in Spark's ``mapInPandas`` or in a Ray task. Options as in :func:`run`.
     """
-    own = {"path": url}
-    ending = "".join(Path(url.split("?")[0]).suffixes[-2:]) or ".csv"
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / f"trace{ending}"
-            file.write_bytes(content)
-            try:
-                flight = meerkat_mwd.replay(file, **options)
-            except ValueError as error:
-                raise ValueError(str(error).replace(f"{file}", "").lstrip(",: ")) from None
-            result, surveys = flight.json, flight.surveys()
-    except ValueError as error:
-        return {"recordings": [{**own, "ok": False, "error": str(error)}], "windows": [], "stations": []}
-    windows = result["identification"].pop("windows")
-    row: dict[str, Any] = {**own, "ok": True, "error": None, "windows": len(windows), "stations": len(surveys)}
-    row["windows_accepted"] = sum(window["accepted"] for window in windows)
-    row["effects"] = ",".join(effect["name"] for effect in result["diagnosis"]["effects"])
-    # What is the same for all, or no single value.
-    for name in ("schema", "version", "seed", "configuration", "surveys"):
-        result.pop(name)
-    for name in ("path", "notes", "wrong"):
-        result["trace"].pop(name)
-    _flat(result, "", row)
-    flat_windows = []
-    for index, window in enumerate(windows):
-        flat: dict[str, Any] = {**own, "window": index}
-        _flat(window, "", flat)
-        flat_windows.append(flat)
-    stations = [{**own, **station} for station in json.loads(surveys.to_json(orient="records"))]
-    return {"recordings": [row], "windows": flat_windows, "stations": stations}
-
-
-def _parquet(rows: list[dict[str, Any]]) -> bytes:
-    """Rows as Parquet. A column has one type in all files, whatever is missing in one."""
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    names = list(dict.fromkeys(name for row in rows for name in row))
-
-    def column(name: str) -> pa.Array:
-        kind = pa.string() if name in _TEXT else pa.bool_() if name in _FLAG else pa.float64()
-        values = [row.get(name) for row in rows]
-        if name in _FLAG:
-            values = [None if value is None else bool(value) for value in values]
-        elif name not in _TEXT:
-            values = [None if value is None else float(value) for value in values]
-        return pa.array(values, kind)
-
-    sink = io.BytesIO()
-    pq.write_table(pa.table({name: column(name) for name in names}), sink)
-    return sink.getvalue()
+    given = _options(**options)
+    with _file(url, content) as file:
+        key = _native.key(str(file), _library(), given)
+        _native.tables(url, str(file), key, str(file.with_name(TABLES["recordings"])), given)
+        return {name: pq.read_table(file.with_name(table)).to_pylist() for name, table in TABLES.items()}
 
 
 @functools.cache
@@ -120,55 +77,40 @@ def _library() -> bytes:
     return hashed.digest()
 
 
-def _key(url: str, content: bytes, options: dict[str, Any]) -> str:
-    """Hash of all that a recording's result depends on. A configuration counts by its bytes, wherever it is."""
-    others = {name: value for name, value in options.items() if name != "config"}
-    config = options.get("config")
-    hashed = hashlib.blake2b(_library(), digest_size=16)
-    parts = [repr([url, sorted(others.items())]).encode(), b"" if config is None else Path(config).read_bytes(), content]
-    for part in parts:
-        # With its length, so that no two lists of parts are one text.
-        hashed.update(len(part).to_bytes(8, "little") + part)
-    return hashed.hexdigest()
-
-
 def _one(url: str, results: str, options: dict[str, Any]) -> bool:
     """Flies a recording unless its result is there; whether it was flown."""
     import fsspec
 
+    given = _options(**options)
     try:
-        with fsspec.open(url, "rb") as file:
-            content, unread = file.read(), None
+        with fsspec.open(url, "rb") as opened:
+            content, unread = opened.read(), None
     except OSError as error:
         content, unread = b"", f"cannot be read: {error}"
     own = hashlib.blake2b(url.encode(), digest_size=8).hexdigest()
-    # What could not be read has no content to be known by: it is tried again each time.
-    key = _key(url, content, options) if unread is None else "unread"
     storage, root = fsspec.core.url_to_fs(results)
-
-    def former(table: str) -> list[str]:
-        return [file for file in storage.glob(f"{root}/{table}/{own}.*.parquet") if not file.endswith(f"/{own}.{key}.parquet")]
-
-    is_kept = unread is None and storage.exists(f"{root}/recordings/{own}.{key}.parquet")
-    if not is_kept:
-        if unread is None:
-            rows = fly(url, content, **options)
-        else:
-            rows = {"recordings": [{"path": url, "ok": False, "error": unread}], "windows": [], "stations": []}
-        for name in reversed(TABLES):
-            if rows[name]:
-                data = _parquet([{**row, "hash": key} for row in rows[name]])
+    with _file(url, content) as file:
+        key = _native.key(str(file), _library(), given)
+        # What could not be read has no content to be known by: it is tried again each time.
+        is_kept = unread is None and storage.exists(f"{root}/recordings/{own}.{key}.parquet")
+        if not is_kept:
+            tables = str(file.with_name(TABLES["recordings"]))
+            if unread is None:
+                key = _native.tables(url, str(file), key, tables, given)
+            else:
+                key = _native.tables_of_unread(url, unread, tables)
+            for name, table in reversed(TABLES.items()):
                 unfinished = f"{root}/{name}/.{own}.{key}.{uuid.uuid4().hex}"
                 storage.makedirs(f"{root}/{name}", exist_ok=True)
-                with storage.open(unfinished, "wb") as file:
-                    file.write(data)
+                storage.put_file(str(file.with_name(table)), unfinished)
                 storage.mv(unfinished, f"{root}/{name}/{own}.{key}.parquet")
     # Also of a result that is kept: the worker that wrote it may have been lost before it came to this.
-    for table in TABLES:
-        for file in former(table):
-            # The same task may run elsewhere and be quicker.
-            with contextlib.suppress(FileNotFoundError):
-                storage.rm(file)
+    for name in TABLES:
+        for former in storage.glob(f"{root}/{name}/{own}.*.parquet"):
+            if not former.endswith(f"/{own}.{key}.parquet"):
+                # The same task may run elsewhere and be quicker.
+                with contextlib.suppress(FileNotFoundError):
+                    storage.rm(former)
     return not is_kept
 
 
@@ -182,24 +124,26 @@ def run(
         client: The cluster's client. Its workers need this package.
         results: Folder of the results, an address too.
         retries: How often a recording is tried again whose worker or network failed.
-        options: As in :func:`meerkat_mwd.replay`. The configuration that ``config`` names must be there on the workers;
-            a run ends with the error where it is not.
+        options: ``config``, ``hold_out``, ``seed``, ``no_effects`` and ``force``, as in :func:`meerkat_mwd.replay`. The
+            configuration that ``config`` names must be there on the workers; a run ends with the error where it is not.
 
     Returns:
         Numbers of recordings: ``flown`` now, and ``kept`` from before.
     """
     from distributed import as_completed
 
-    urls = list(dict.fromkeys(urls))
+    urls, options = list(dict.fromkeys(urls)), _options(**options)
     futures = [client.submit(_one, url, results, options, retries=retries, pure=False) for url in urls]
     flown = 0
     for future in as_completed(futures):
         flown += future.result()
+        # What is told need not be computed again when the worker that holds it is lost.
+        future.release()
     return {"flown": flown, "kept": len(urls) - flown}
 
 
 def read(results: str, table: str = "recordings") -> pd.DataFrame:
-    """One of the tables (:data:`TABLES`) of a run, from all its files."""
+    """One of the tables (:data:`TABLES`) of a run, from all its files; the columns are those of ``cargo mwd batch``."""
     import fsspec
     import pyarrow as pa
     import pyarrow.parquet as pq
