@@ -149,11 +149,15 @@ pub struct Played {
 }
 
 impl Played {
-    /// Returns true if the gyro is at fault, and neither the driver nor a full scale says so.
+    /// Returns true if a sensor reads what a sound one may read in another motion: a gyro another rate than there is, an
+    /// accelerometer a gravity from elsewhere.
     #[must_use]
-    pub fn gyro_reads_wrong(&self) -> bool {
-        let is_told = |fault: &Fault| matches!(KINDS[fault.kind].0, Kind::Missing | Kind::Railed);
-        self.faults.iter().any(|fault| fault.sensor == 0 && !is_told(fault))
+    pub fn looks_sound(&self) -> bool {
+        self.faults.iter().any(|fault| match KINDS[fault.kind].0 {
+            Kind::Swapped => fault.sensor < 2,
+            Kind::Frozen | Kind::Scaled | Kind::Zero => fault.sensor == 0,
+            Kind::Missing | Kind::Railed => false,
+        })
     }
 }
 
@@ -248,7 +252,7 @@ pub(crate) fn table(effort: Effort) -> anyhow::Result<Table> {
     for sensors in [2, 3] {
         add(format!("{sensors} sensors"), &|one| one.faults.len() == sensors);
     }
-    add("any, but the gyro is sound, missing or railed".to_owned(), &|one| !one.gyro_reads_wrong());
-    add("any, and the gyro reads another rate than there is".to_owned(), &Played::gyro_reads_wrong);
+    add("a gyro frozen, scaled, turned or zero, or an accelerometer turned".to_owned(), &Played::looks_sound);
+    add("none of these".to_owned(), &|one| !one.looks_sound());
     Ok(table)
 }
