@@ -15,7 +15,7 @@ mod effort;
 mod error_multiplied_in;
 pub mod faults;
 pub(crate) mod gyro_grade;
-pub(crate) mod honesty;
+pub mod honesty;
 pub(crate) mod hour;
 mod kept;
 pub mod mud_pulse;

@@ -7,6 +7,7 @@ mod accuracy;
 mod beside_vqf;
 mod faults;
 mod recordings;
+mod schedules;
 mod simulation;
 mod troubled;
 mod troubles;

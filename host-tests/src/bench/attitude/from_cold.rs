@@ -1,6 +1,8 @@
 //! Whole recordings flown from cold with a gyro error multiplied in, which nobody has identified before.
 
-use super::{Cell, Coverage, Table, by_recording, row_of_means, vqf};
+use meerkat_mwd::{Config, compensation::GyroModel};
+
+use super::{Cell, Coverage, Table, by_recording, oracles, row_of_means, vqf};
 use crate::{
     bench::{effort::Effort, error_multiplied_in::drawn, seeds::each_seed},
     flight::{configuration::of_trace, fly},
@@ -15,14 +17,23 @@ pub(super) const PERCENT: [f64; 3] = [0.0, 2.0, 10.0];
 const OF_A_PERCENT: f64 = 0.1;
 /// Draws of the error for each recording.
 const DRAWS: u64 = 2;
+/// Whose attitudes are scored: VQF's; this project's; the same flown again, from the start with the gyro model that the
+/// first flight ended with; and each of its two filters without the other.
+const ESTIMATES: [&str; 5] = [
+    "VQF (vqf-rs 0.3)",
+    "ours",
+    "ours, with its last model from the start",
+    "our attitude filter without an estimator",
+    "our estimator without an attitude filter",
+];
 
 /// A recording with one error, flown by both.
 pub(super) struct Flown {
     /// Index into [`PERCENT`].
     pub size: usize,
     recording: usize,
-    /// Total error of VQF and of this project, degrees rms.
-    total_deg: [Option<f64>; 2],
+    /// Total error of each of [`ESTIMATES`], degrees rms.
+    total_deg: [Option<f64>; ESTIMATES.len()],
     pub coverage: Coverage,
 }
 
@@ -47,7 +58,15 @@ pub(super) fn flown(recordings: &[(String, Trace)], effort: Effort) -> anyhow::R
         }
         let total = |attitudes: &[_]| attitude_rms_deg(&trace, attitudes, &Settings::default())[0].total;
         let flight = fly(&of_trace(&trace), &trace.samples, |_| {})?;
-        let total_deg = [total(&vqf(&trace)), total(&attitudes_of(&flight).collect::<Vec<_>>())];
+        let last = flight.reports.last().map_or(GyroModel::IDENTITY, |report| report.flown);
+        let again = fly(&Config { gyro: last, ..of_trace(&trace) }, &trace.samples, |_| {})?;
+        let total_deg = [
+            total(&vqf(&trace)),
+            total(&attitudes_of(&flight).collect::<Vec<_>>()),
+            total(&attitudes_of(&again).collect::<Vec<_>>()),
+            total(&oracles::filter_alone(&trace)),
+            total(&oracles::estimators_own(&trace)),
+        ];
         Ok(Flown { size, recording, total_deg, coverage: Coverage::of(&trace, &flight) })
     })
 }
@@ -61,7 +80,7 @@ pub(super) fn table(names: &[String], flown: &[Flown]) -> Table {
         names,
     );
     for (size, percent) in PERCENT.iter().enumerate() {
-        for (who, name) in ["VQF (vqf-rs 0.3)", "ours"].iter().enumerate() {
+        for (who, name) in ESTIMATES.iter().enumerate() {
             let mean = |recording: usize| {
                 let of: Vec<f64> = flown
                     .iter()

@@ -5,12 +5,12 @@
 
 mod coverage;
 mod from_cold;
+mod oracles;
 
 use std::{env, path::Path};
 
 use anyhow::Context;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
-use nalgebra::UnitQuaternion;
 use vqf_rs::VQF;
 
 use super::{
@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     flight::{configuration::of_trace, fly},
-    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, attitudes_of, reference_attitudes},
+    score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, attitudes_of},
     trace::{
         Trace,
         recordings::{FOLDER, folder, listed},
@@ -35,9 +35,11 @@ type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
 /// diagnose --against-reference`); a data sheet would state them.
 pub const AKTOS_T: Latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002_5), mag_s: Some(0.015) };
 
-/// The estimators compared, in the order of the rows. The perfect one shows what a delay that nobody declared costs.
-pub const ESTIMATORS: [(&str, Estimator); 5] = [
-    ("perfect, told as late as the gyro is", |trace| Ok(late(trace))),
+/// The estimators compared, in the order of the rows. The perfect ones show what a delay that nobody declared costs, and
+/// what a field that points elsewhere does.
+pub const ESTIMATORS: [(&str, Estimator); 6] = [
+    ("perfect, told as late as the gyro is", |trace| Ok(oracles::late(trace))),
+    ("perfect, to the north of the mean field", |trace| Ok(oracles::to_the_fields_north(trace))),
     ("VQF (vqf-rs 0.3)", |trace| Ok(vqf(trace))),
     ("ours, no effects", |trace| ours(trace, &Config { effects: false, ..of_trace(trace) })),
     ("ours", |trace| ours(trace, &of_trace(trace))),
@@ -122,13 +124,6 @@ fn recordings() -> anyhow::Result<Vec<(String, Trace)>> {
 /// The configuration cannot be flown.
 pub fn ours(trace: &Trace, config: &Config) -> anyhow::Result<Vec<TimedAttitude>> {
     Ok(attitudes_of(&fly(config, &trace.samples, |_| {})?).collect())
-}
-
-/// The reference itself, told as late as the gyro of the recordings is.
-fn late(trace: &Trace) -> Vec<TimedAttitude> {
-    let late_us = (AKTOS_T.gyro_s.unwrap_or(0.0) * 1e6) as u64;
-    let told = |(t_us, q): (u64, UnitQuaternion<f64>)| (t_us + late_us, [q.w, q.i, q.j, q.k]);
-    reference_attitudes(trace, &Settings::default()).into_iter().map(told).collect()
 }
 
 /// Attitudes of VQF with its defaults, each sensor at its own mean rate.

@@ -117,15 +117,15 @@ fn quiet(random: &mut Random) -> Scenario {
 }
 
 /// Delays are declared: what is scored is something else.
-fn configured(trace: &Trace) -> Config {
+pub(super) fn configured(trace: &Trace) -> Config {
     Config { latency: Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) }, ..of_trace(trace) }
 }
 
-fn flown(trace: &Trace, config: &Config) -> anyhow::Result<Flight> {
+pub(super) fn flown(trace: &Trace, config: &Config) -> anyhow::Result<Flight> {
     Ok(fly(config, &trace.samples, |_| {})?)
 }
 
-fn random(seed: u64) -> Random {
+pub(super) fn random(seed: u64) -> Random {
     // A stream apart from the simulator's own.
     Random::new(!seed)
 }

@@ -1,16 +1,26 @@
 //! Cases in which the attitude, or what was said of it, was once wrong in silence: each again over random seeds.
 
 mod cases;
+pub mod schedules;
 mod seen;
 
+use self::cases::{CASES, Case};
 use super::{
     effort::Effort,
     seeds::each_seed,
     table::{Cell, Table, median},
 };
-use cases::{CASES, Case};
 
+/// Plays every case, and the schedules.
+///
+/// # Errors
+/// A configuration cannot be flown.
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
+    Ok(vec![cases(effort)?, schedules::table(effort)?])
+}
+
+/// Table of the cases.
+pub(crate) fn cases(effort: Effort) -> anyhow::Result<Table> {
     let seeds = effort.repetitions(20);
     let mut table = Table::new(
         format!(
@@ -30,5 +40,5 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
             table.row([Cell::from(*name), figure.name.into(), figure.unit.into(), middle, worst, limit]);
         }
     }
-    Ok(vec![table])
+    Ok(table)
 }
