@@ -198,8 +198,8 @@ impl<'a> Chart<'a> {
         words.collect::<Vec<_>>().join(" ")
     }
 
-    /// Points of a line as it is drawn without scripts, thinned to `stretches`: broken where an angle passes north, but not
-    /// within a stretch, whose least and largest angle a stroke joins.
+    /// Points of a line as it is drawn without scripts, thinned to `stretches`: broken where an angle passes
+    /// north, but not within a stretch, whose least and largest angle a stroke joins.
     pub(super) fn to_draw(&self, points: &[Point], span: [f64; 2], stretches: usize) -> Vec<Point> {
         let thin = thinned(points, span, stretches).points;
         let are_pairs = points.len() > 2 * stretches;

@@ -21,8 +21,8 @@ const LEAST_SPREAD: f64 = 0.05;
 const REGRESSORS: [(&str, &str); 4] =
     [("rate", "deg/s"), ("vibration", "m/s² rms"), ("temperature", "°C"), ("time", "s")];
 
-/// The figure of a residual whose points are seconds and degrees, read in two ways, of which `which` tells; empty if
-/// there is too little of it.
+/// The figure of a residual whose points are seconds and degrees, read in two ways, of which `which` tells;
+/// empty if there is too little of it.
 pub(super) fn figure(
     told: &Told,
     name: &str,

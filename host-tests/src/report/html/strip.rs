@@ -1,4 +1,5 @@
-//! An angle over the whole recording as a strip without axes, with its bands, beside the figure that it ends at.
+//! An angle over the whole recording as a strip without axes, with its bands, beside the figure that it ends
+//! at.
 
 use std::fmt::Write;
 

@@ -11,8 +11,8 @@ const LONG: usize = 24;
 /// Letters from which a word may break.
 const LONG_WORD: usize = 40;
 
-/// Rows up to which a narrow screen shows each as a list of its cells, beside the names of their columns; a longer table
-/// scrolls there.
+/// Rows up to which a narrow screen shows each as a list of its cells, beside the names of their columns; a
+/// longer table scrolls there.
 const FEW: usize = 12;
 
 /// A table that scrolls where it is wider than the page. Cells are plain text and are escaped here. A head of empty
