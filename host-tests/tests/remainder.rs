@@ -167,7 +167,7 @@ fn the_page_is_well_formed_and_tells_every_effect() {
         scenario.effects.periodic_bias_deg_s = [0.1, -0.07, 0.13];
         scenario.effects.periodic_bias_period_s = 8.0;
     });
-    for (scenario, expected) in [(with_lag, "(mag_lag) over the diagnoses"), (outside, "What is left is")] {
+    for (scenario, expected) in [(with_lag, "Late magnetometer, over the diagnoses"), (outside, "What is left is")] {
         simulate(&scenario, 1).0.write(&trace_path).unwrap();
         let [page_path, json_path] = ["page.html", "result.json"].map(|name| directory.path().join(name));
         let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
@@ -178,7 +178,7 @@ fn the_page_is_well_formed_and_tells_every_effect() {
         assert_eq!(unbalanced(&page), Vec::<String>::new());
         assert!(page.contains("a &lt;b&gt; &amp; &#39;c&#39;.csv.gz") && !page.contains("<b> &"));
         assert!(is_whole(&page));
-        assert!(LIBRARY.iter().all(|effect| page.contains(&format!("<td>{}</td>", effect.name()))));
+        assert!(LIBRARY.iter().all(|effect| page.contains(&format!("({})</td>", effect.name()))));
         assert!(page.contains(expected) && page.matches("<svg").count() >= 2, "{expected}");
         let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json_path).unwrap()).unwrap();
         let remainder = &json["diagnosis"]["remainder"];

@@ -194,7 +194,7 @@ fn the_page_of_a_recording_tells_its_windows_and_its_scores() {
     }
     let attitude = &json["reference"]["attitude_rms_deg"];
     for part in ["total", "heading", "inclination"] {
-        let cell = format!("<td>{:.3}</td>", attitude[part].as_f64().unwrap());
+        let cell = format!(">{:.3}</td>", attitude[part].as_f64().unwrap());
         assert!(page.contains(&cell), "{part}: {cell}");
     }
     for plot in [

@@ -25,7 +25,7 @@ pub fn grouped(command: Command) -> Command {
         for member in members {
             let about = command.find_subcommand(member).and_then(Command::get_about).map(ToString::to_string);
             let about = about.unwrap_or_else(|| "Print this message or the help of a command".to_owned());
-            let _ = writeln!(groups, "  {literal}{member:<10}{literal:#} {about}");
+            let _ = writeln!(groups, "  {literal}{member:<11}{literal:#} {about}");
         }
         groups.push('\n');
     }

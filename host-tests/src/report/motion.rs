@@ -33,7 +33,9 @@ pub fn sentence(trace: &Trace, config: &Config) -> String {
     let why = match (keys.motion, keys.body_frame) {
         _ if config.identification.motion != keys.motion() => "as the configuration says",
         (Some(_), _) => "as the recording says",
-        (None, BodyFrame::Sensor) => "since the recording does not say, and its axes are a sensor's",
+        (None, BodyFrame::Sensor) => {
+            "since the recording does not say, and its axes are those of a sensor, not of a tool"
+        }
         (None, BodyFrame::Tool) => "since the recording's axes are a tool's",
     };
     format!("{taken}, {why}.")

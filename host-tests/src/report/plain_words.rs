@@ -154,7 +154,8 @@ pub fn done(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnos
 }
 
 /// An effect's title within a sentence, with its name.
-fn in_a_sentence(words: &EffectWords) -> String {
+#[must_use]
+pub fn in_a_sentence(words: &EffectWords) -> String {
     let (first, rest) = words.title.split_at(1);
     format!("{}{rest} ({})", first.to_lowercase(), words.name)
 }

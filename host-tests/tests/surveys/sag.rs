@@ -44,7 +44,7 @@ fn told(run: &SurveyedRun) -> [String; 5] {
     [
         after(&csv, "# sag = ", "\n"),
         after(&las, "SAGC. ", " : "),
-        after(&html, "<td>sag</td>", "</tr>"),
+        after(&html, ">sag</td>", "</tr>"),
         json["sag"].as_str().unwrap_or("none").to_owned(),
         after(&files::witsml1::witsml(run), "<sagCorUsed>", "<"),
     ]

@@ -6,6 +6,7 @@ use nalgebra::UnitQuaternion;
 use super::{
     Chart, Page, Series, Told, dial, in_s, line,
     residual::magnets,
+    strip::strip,
     toolface::{has_north, is_vertical, toolface_rad},
 };
 use crate::score::{attitude_errors_deg, reference_attitudes};
@@ -15,6 +16,25 @@ const NONE: [f32; 2] = [f32::NAN, 0.0];
 
 /// Picks an angle and its deviation of an attitude, radians.
 type Angle = fn(&Attitude) -> [f32; 2];
+
+/// Inclination, azimuth where north has been seen, and the toolface that applies.
+const ANGLES: [Angle; 3] = [
+    |a| [a.inclination_rad, a.sigma_inclination_rad],
+    |a| if has_north(a) { [a.azimuth_rad, a.sigma_azimuth_rad] } else { NONE },
+    |a| [toolface_rad(a), a.sigma_toolface_rad],
+];
+
+/// The three angles over the whole recording, small, with their bands.
+pub(super) fn strips(told: &Told) -> [String; 3] {
+    let span = told.span_s();
+    let strip_of = |(name, angle, goes_around): (&str, Angle, bool)| {
+        let flown = line("flown", "after", over_time(&told.flight.outputs, angle), span);
+        let chart = Chart::new(name, "deg", "", vec![flown]);
+        strip(&if goes_around { chart.of_angles() } else { chart }, span)
+    };
+    let [inclination, azimuth, toolface] = ANGLES;
+    [("Inclination", inclination, false), ("Azimuth", azimuth, true), ("Toolface", toolface, true)].map(strip_of)
+}
 
 /// Adds angles, dial and errors.
 pub(super) fn add(page: &mut Page, told: &Told) {
@@ -27,23 +47,16 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     let mostly_vertical = 2 * vertical > told.flight.outputs.len();
     let toolface =
         if mostly_vertical { "Toolface (magnetic, the hole is near the vertical)" } else { "Toolface (gravity)" };
-    let plots: [(&str, &str, Angle); 3] = [
+    let plots = [
         (
             "Inclination",
             "Angle of the tool's axis from the vertical. Dark band: one stated deviation, light band: two.",
-            |a| [a.inclination_rad, a.sigma_inclination_rad],
         ),
-        (
-            "Azimuth",
-            "Direction of the tool's axis from north. A stroke from top to bottom is a passage through north.",
-            |a| if has_north(a) { [a.azimuth_rad, a.sigma_azimuth_rad] } else { NONE },
-        ),
-        (toolface, "Turn of the tool about its axis. A stroke from top to bottom is a passage through 0.", |a| {
-            [toolface_rad(a), a.sigma_toolface_rad]
-        }),
+        ("Azimuth", "Direction of the tool's axis from north. A stroke from top to bottom is a passage through north."),
+        (toolface, "Turn of the tool about its axis. A stroke from top to bottom is a passage through 0."),
     ];
     let shaded = if marks.is_empty() { "" } else { " Shaded: a magnet is there." };
-    for (k, (name, about, angle)) in plots.into_iter().enumerate() {
+    for (k, ((name, about), angle)) in plots.into_iter().zip(ANGLES).enumerate() {
         let about = format!("{about}{shaded}");
         let mut series = Vec::new();
         // In a vertical hole the reference's toolface would have to be the magnetic one.

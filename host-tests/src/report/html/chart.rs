@@ -100,17 +100,18 @@ impl<'a> Chart<'a> {
         out += "<p class=\"legend\">";
         for series in &self.series {
             let class = series.class;
-            out += &format!("<span class=\"{class}\">{}<output></output></span> ", escape(&series.name));
+            out +=
+                &format!("<span class=\"{class}\">{}<output aria-live=\"off\"></output></span> ", escape(&series.name));
         }
         for (_, name) in self.levels.iter().filter(|(_, name)| !name.is_empty()) {
             out += &format!("<span class=\"level\">{}</span> ", escape(name));
         }
-        out += "</p>\n<p class=\"note\" aria-live=\"polite\"></p>\n</figure>\n";
+        out += "</p>\n<p class=\"note\"></p>\n</figure>\n";
         Some((out, self.data(range, span)))
     }
 
     /// The values that the axis spans at first: a band may run out of it where it is rarely that wide.
-    fn range(&self) -> Option<[f64; 2]> {
+    pub(super) fn range(&self) -> Option<[f64; 2]> {
         if self.is_angle {
             return self.range_of_angles();
         }
@@ -140,24 +141,49 @@ impl<'a> Chart<'a> {
 
     /// The whole circle; a part of it where all angles lie in a quarter, so that small changes are seen.
     fn range_of_angles(&self) -> Option<[f64; 2]> {
-        let values = self.series.iter().flat_map(|series| &series.points).map(|[_, x, _]| *x).filter(|x| x.is_finite());
-        let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
-        let half = (0.55 * (high - low)).max(LEAST_HALF_DEG);
+        let points = || self.series.iter().flat_map(|series| &series.points).filter(|[_, x, _]| x.is_finite());
+        let (low, high) = points().fold((f64::MAX, f64::MIN), |(low, high), [_, x, _]| (low.min(*x), high.max(*x)));
+        // Bands of two deviations of the usual size fit.
+        let mut sigmas: Vec<f64> = points().map(|[_, _, sigma]| *sigma).filter(|sigma| *sigma > 0.0).collect();
+        sigmas.sort_by(f64::total_cmp);
+        let usual = sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0).min(QUARTER_TURN_DEG / 4.0);
+        let half = (0.55 * (high - low) + 2.0 * usual).max(LEAST_HALF_DEG);
         let middle = 0.5 * (low + high);
         let is_narrow = high - low < QUARTER_TURN_DEG && (0.0..=360.0).contains(&middle);
         Some(if is_narrow { [(middle - half).max(0.0), (middle + half).min(360.0)] } else { [0.0, 360.0] })
             .filter(|_| low <= high)
     }
 
-    /// Says so if values lie beyond the axis.
-    fn beyond(&self, [_, high]: [f64; 2]) -> String {
+    /// Says so if values or bands lie beyond the axis.
+    fn beyond(&self, range: [f64; 2]) -> String {
+        let high = range[1];
         let values = || self.series.iter().flat_map(|series| &series.points).map(|[_, x, _]| *x);
         let count = values().filter(|x| *x > high).count();
         if count == 0 {
-            return String::new();
+            return self.band_beyond(range);
         }
         let largest = values().filter(|x| x.is_finite()).fold(high, f64::max);
         format!("{count} values lie above the axis, the largest at {}.", in_digits(largest))
+    }
+
+    /// Says so if a band of one deviation runs out of the axis, other than around the circle.
+    fn band_beyond(&self, [low, high]: [f64; 2]) -> String {
+        if self.is_angle && high - low >= 360.0 {
+            return String::new();
+        }
+        let lines = self.series.iter().filter(|series| !series.marked).flat_map(|series| &series.points);
+        let banded: Vec<&[f64; 3]> = lines.filter(|[_, x, sigma]| x.is_finite() && *sigma > 0.0).collect();
+        let is_beyond = |[_, x, sigma]: &&[f64; 3]| x + sigma > high || x - sigma < low;
+        let count = banded.iter().copied().filter(is_beyond).count();
+        if count == 0 {
+            return String::new();
+        }
+        let largest = banded.iter().map(|[_, _, sigma]| *sigma).fold(0.0, f64::max);
+        let percent = 100.0 * count as f64 / banded.len() as f64;
+        format!(
+            "The band of one deviation runs out of the axis at {percent:.1} % of the points; it is at most ± {}.",
+            in_digits(largest)
+        )
     }
 
     /// The plot for a reader who does not see it.
@@ -172,10 +198,17 @@ impl<'a> Chart<'a> {
         words.collect::<Vec<_>>().join(" ")
     }
 
+    /// Points of a line as it is drawn without scripts, thinned to `stretches`: broken where an angle passes
+    /// north, but not within a stretch, whose least and largest angle a stroke joins.
+    pub(super) fn to_draw(&self, points: &[Point], span: [f64; 2], stretches: usize) -> Vec<Point> {
+        let thin = thinned(points, span, stretches).points;
+        let are_pairs = points.len() > 2 * stretches;
+        if self.is_angle { broken_at_north(thin, are_pairs) } else { thin }
+    }
+
     fn drawing(&self, described: &str, range: [f64; 2], span: [f64; 2], (name, unit): (&str, &str)) -> String {
         let series = self.series.iter().map(|series| {
-            let points = thinned(&series.points, span, DRAWN_STRETCHES).points;
-            let points = if self.is_angle { broken_at_north(points) } else { points };
+            let points = self.to_draw(&series.points, span, DRAWN_STRETCHES);
             Series { name: series.name.clone(), points, ..*series }
         });
         let shaded: Vec<[f64; 2]> = self.marks.iter().map(|mark| mark.span_s).collect();
@@ -245,10 +278,11 @@ const LEAST_HALF_DEG: f64 = 5.0;
 /// Jump of an angle at which a line breaks: the angle has passed north.
 const HALF_TURN_DEG: f64 = 180.0;
 
-fn broken_at_north(points: Vec<Point>) -> Vec<Point> {
+fn broken_at_north(points: Vec<Point>, are_pairs: bool) -> Vec<Point> {
     let mut broken: Vec<Point> = Vec::with_capacity(points.len());
-    for point in points {
-        if broken.last().is_some_and(|before| (before[1] - point[1]).abs() > HALF_TURN_DEG) {
+    for (number, point) in points.into_iter().enumerate() {
+        let is_within = are_pairs && !number.is_multiple_of(2);
+        if !is_within && broken.last().is_some_and(|before| (before[1] - point[1]).abs() > HALF_TURN_DEG) {
             broken.push([point[0], f64::NAN, 0.0]);
         }
         broken.push(point);
@@ -267,10 +301,15 @@ mod tests {
 
     #[test]
     fn a_line_breaks_at_north_and_nowhere_else() {
-        let at = |angles: &[f64]| broken_at_north(angles.iter().map(|angle| [0.0, *angle, 0.0]).collect());
+        let of =
+            |angles: &[f64], pairs| broken_at_north(angles.iter().map(|angle| [0.0, *angle, 0.0]).collect(), pairs);
+        let at = |angles: &[f64]| of(angles, false);
         assert_eq!(at(&[10.0, 80.0, 170.0]).len(), 3);
         let broken = at(&[350.0, 359.0, 2.0]);
         assert!(broken.len() == 4 && broken[2][1].is_nan());
+        // The least and the largest of a stretch are joined, and two stretches are not.
+        let broken = of(&[2.0, 359.0, 1.0, 350.0], true);
+        assert!(broken.len() == 5 && broken[2][1].is_nan());
     }
 
     #[test]
@@ -287,6 +326,18 @@ mod tests {
             Chart::new("a", "b", "c", vec![line(points)]).of_sizes().drawn(0, [0.0, 1e3], ("time", "s")).unwrap();
         assert!(drawn.contains("1 values lie above the axis, the largest at 50.00"), "{drawn}");
         assert!(data["range"][1].as_f64().unwrap() < 2.0);
+    }
+
+    #[test]
+    fn a_band_that_runs_out_of_its_axis_is_told() {
+        let mut points: Vec<Point> = (0..1_000).map(|k| [f64::from(k), f64::from(k % 9), 0.5]).collect();
+        points[7][2] = 60.0;
+        let drawn =
+            |points: Vec<Point>| Chart::new("a", "b", "c", vec![line(points)]).drawn(0, [0.0, 1e3], ("time", "s"));
+        let (told, _) = drawn(points.clone()).unwrap();
+        assert!(told.contains("runs out of the axis at 0.1 % of the points; it is at most ± 60.00."), "{told}");
+        points[7][2] = 0.5;
+        assert!(!drawn(points).unwrap().0.contains("runs out"));
     }
 
     #[test]

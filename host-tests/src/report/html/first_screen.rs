@@ -1,7 +1,7 @@
 //! First screen of a page: the verdict in a sentence, what flew and why, attitude at the end.
 
 use super::{
-    Told,
+    Told, attitude,
     escape::escape,
     fixed, in_s, sentence,
     toolface::{has_north, is_vertical, toolface_rad},
@@ -41,7 +41,10 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
         escape(&sentence(&verdict.sentence))
     );
     // Before the reasons, so that a phone's first screen has it.
-    out += &tiles(told, "Attitude at the end of the recording, ± one standard deviation.");
+    out += &tiles(
+        told,
+        "Attitude at the end of the recording, ± one standard deviation. The small curves are all of the recording, with bands of one and two.",
+    );
     let items: String = reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(&sentence(reason)))).collect();
     if !items.is_empty() {
         out += &format!("<ul>\n{items}</ul>\n");
@@ -51,7 +54,7 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
         format!(" Parameters and effects are frozen from {:.1} s; scores are over what follows.", in_s(freeze_us))
     });
     let about = format!(
-        "{} samples over {:.1} s, flown {}. {}{frozen}",
+        "{} samples over {:.1} s, flown, which is to say played through the probe's program, {}. {}{frozen}",
         trace.samples.len(),
         trace.duration_s(),
         told.place,
@@ -63,28 +66,31 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
 /// The last attitude, with its deviations; `about` says when that is.
 pub(super) fn tiles(told: &Told, about: &str) -> String {
     let last = told.flight.outputs.iter().rev().find_map(|output| Some((output.t_us, output.attitude?)));
-    let Some((t_us, attitude)) = last else { return String::new() };
-    let north = match (has_north(&attitude), told.config.earth.declination_rad) {
+    let Some((t_us, at_end)) = last else { return String::new() };
+    let north = match (has_north(&at_end), told.config.earth.declination_rad) {
         (false, _) => "no field: north was never seen",
         (true, Some(_)) => "from true north",
         (true, None) => "from magnetic north",
     };
-    let kind = if is_vertical(&attitude) { "magnetic, near the vertical" } else { "gravity, from the highside" };
+    let kind = if is_vertical(&at_end) { "magnetic, near the vertical" } else { "gravity, from the highside" };
     let axis = match told.trace.keys.body_frame {
         crate::trace::BodyFrame::Tool => "of the tool's axis",
         crate::trace::BodyFrame::Sensor => "of the sensor's z axis",
     };
     let angles = [
-        ("Inclination", attitude.inclination_rad, attitude.sigma_inclination_rad, axis),
-        ("Azimuth", attitude.azimuth_rad, attitude.sigma_azimuth_rad, north),
-        ("Toolface", toolface_rad(&attitude), attitude.sigma_toolface_rad, kind),
+        ("Inclination", at_end.inclination_rad, at_end.sigma_inclination_rad, axis),
+        ("Azimuth", at_end.azimuth_rad, at_end.sigma_azimuth_rad, north),
+        ("Toolface", toolface_rad(&at_end), at_end.sigma_toolface_rad, kind),
     ];
-    let tile = |(name, x, sigma, what): (&str, f32, f32, &str)| {
+    let tile = |((name, x, sigma, what), strip): ((&str, f32, f32, &str), String)| {
         let (x, sigma) = (x.to_degrees(), sigma.to_degrees());
-        let is_known = name != "Azimuth" || has_north(&attitude);
+        let is_known = name != "Azimuth" || has_north(&at_end);
         let value = if is_known { format!("{}° ± {sigma:.2}°", fixed(x, 2)) } else { "unknown".to_owned() };
-        format!("<div><dt>{name} at {:.0} s</dt><dd>{value} <small>{what}</small></dd></div>\n", in_s(t_us))
+        format!(
+            "<div><dt>{name} at {:.0} s</dt><dd>{value} <small>{what}</small></dd><dd>{strip}</dd></div>\n",
+            in_s(t_us)
+        )
     };
-    let tiles: String = angles.into_iter().map(tile).collect();
-    format!("<dl class=\"tiles\">\n{tiles}</dl>\n<p class=\"about\">{about}</p>\n")
+    let tiles: String = angles.into_iter().zip(attitude::strips(told)).map(tile).collect();
+    format!("<dl class=\"tiles attitude\">\n{tiles}</dl>\n<p class=\"about\">{about}</p>\n")
 }

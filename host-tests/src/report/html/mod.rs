@@ -20,6 +20,7 @@ pub mod replay;
 mod regressor;
 mod residual;
 mod spark;
+mod strip;
 mod surveys;
 pub mod survey_run;
 mod svg;

@@ -77,7 +77,8 @@ function build(plot) {
     const stroke = colour("--" + one.class);
     const at = series.length;
     series.push({
-      label: one.name, stroke, width: plot.wide, spanGaps: false,
+      // Lines through marked points are drawn with these.
+      label: one.name, stroke, width: one.marked ? 0 : plot.wide, spanGaps: false,
       points: { show: false },
     });
     if (hasBands(one)) {
@@ -165,12 +166,22 @@ function drawOver(u, chart, plot) {
     ctx.stroke();
   }
   ctx.setLineDash([]);
-  // Single points with their deviations: those of one time stand beside each other.
+  // Points with their deviations and the line through them. Of several series those of one time stand beside each other.
+  const areBeside = chart.series.length > 2 && chart.series.some(series => series.s);
   chart.series.forEach((series, k) => {
     if (!series.marked) return;
     ctx.strokeStyle = ctx.fillStyle = colour("--" + series.class);
     const { x, y, s } = plot.lines[k];
-    const beside = 7 * (k - (chart.series.length - 1) / 2) * devicePixelRatio;
+    const beside = areBeside ? 7 * (k - (chart.series.length - 1) / 2) * devicePixelRatio : 0;
+    ctx.beginPath();
+    let isBroken = true;
+    x.forEach((t, i) => {
+      if (!Number.isNaN(y[i])) {
+        ctx[isBroken ? "moveTo" : "lineTo"](u.valToPos(t, "x", true) + beside, u.valToPos(y[i], "y", true));
+      }
+      isBroken = Number.isNaN(y[i]);
+    });
+    ctx.stroke();
     x.forEach((t, i) => {
       if (Number.isNaN(y[i]) || t < shown.min || t > shown.max) return;
       const at = u.valToPos(t, "x", true) + beside;
@@ -186,7 +197,7 @@ function drawOver(u, chart, plot) {
   ctx.restore();
 }
 
-// Values at a time beside the names, and what is marked there.
+// Values at a time beside the names, and what is marked there. Those of the plot that has the focus are spoken.
 function read(plot, t) {
   const { chart, figure } = plot;
   figure.querySelectorAll(".legend output").forEach((output, k) => {
@@ -202,8 +213,12 @@ function read(plot, t) {
     output.textContent = text;
   });
   const there = t === null ? [] : chart.marks.filter(([from, to]) => t >= from && t <= to).map(mark => mark[2]);
-  figure.querySelector(".note").textContent =
-    t === null ? "" : placeRead(t) + (there.length ? ": " + there.join("; ") : "");
+  const note = t === null ? "" : placeRead(t) + (there.length ? ": " + there.join("; ") : "");
+  figure.querySelector(".note").textContent = note;
+  if (document.activeElement === plot.place) {
+    const values = [...figure.querySelectorAll(".legend > span:not(.level)")].map(one => one.textContent);
+    document.querySelector(".spoken").textContent = [note, ...values].join(", ");
+  }
 }
 
 // Shows a span of time in every plot, with the next frame: at once where it can be seen, else when it comes into view.
@@ -234,7 +249,8 @@ function turns() {
   page.dial.x ||= lines.timesOf(page.dial.t, page.span[0]);
   page.dial.degrees ||= lines.unpacked(page.dial.y);
   const { x, degrees: y } = page.dial;
-  const points = [], first = lines.from(x, shown.min), end = lines.from(x, shown.max);
+  // The last moment of the span is in it: times are rounded to a tenth of a millisecond.
+  const points = [], first = lines.from(x, shown.min), end = lines.from(x, shown.max + 1e-4);
   const step = Math.max(1, Math.ceil((end - first) / 240));
   for (let k = end - 1; k >= first; k -= step) if (!Number.isNaN(y[k])) points.unshift([x[k], y[k]]);
   const last = points.length - 1;

@@ -21,10 +21,12 @@ const LEAST_SPREAD: f64 = 0.05;
 const REGRESSORS: [(&str, &str); 4] =
     [("rate", "deg/s"), ("vibration", "m/s² rms"), ("temperature", "°C"), ("time", "s")];
 
-/// The figure of a residual whose points are seconds and degrees, read in two ways; empty if there is too little of it.
+/// The figure of a residual whose points are seconds and degrees, read in two ways, of which `which` tells;
+/// empty if there is too little of it.
 pub(super) fn figure(
     told: &Told,
     name: &str,
+    which: &str,
     [first, second]: [&str; 2],
     before: &[[f64; 2]],
     after: &[[f64; 2]],
@@ -76,11 +78,13 @@ pub(super) fn figure(
         levels: &[],
         series: vec![series(first, "before", of_first), series(second, "after", of_second)],
     };
-    let described = format!("{name} against {what}, from {} to {} {unit}. {about}", in_digits(from), in_digits(to));
+    let described =
+        format!("{name} against {what}{which}, from {} to {} {unit}. {about}", in_digits(from), in_digits(to));
     format!(
-        "<figure>\n<h3>{} against {what}, deg</h3>\n<p class=\"about\">{}</p>\n<div class=\"scroll standing\" tabindex=\"0\" role=\"group\" aria-label=\"Plot\">\n{}</div>\n\
+        "<figure>\n<h3>{} against {what}{}</h3>\n<p class=\"about\">{}</p>\n<div class=\"scroll standing\" tabindex=\"0\" role=\"group\" aria-label=\"Plot\">\n{}</div>\n\
          <p class=\"legend\"><span class=\"before\">{}</span> <span class=\"after\">{}</span></p>\n</figure>\n",
         escape(name),
+        escape(which),
         escape(&about),
         plot.draw(&described),
         escape(first),

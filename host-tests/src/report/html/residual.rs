@@ -3,7 +3,7 @@
 use super::{Chart, Mark, Page, Series, Told, figure, fixed, in_s, line, regressor, table};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
-    report::effect_words::effect_words,
+    report::{effect_words::effect_words, plain_words::in_a_sentence},
     score::{PerModel, rotation_errors},
 };
 
@@ -40,12 +40,11 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         let mut about = if is_covered(before, after) { COVERED.to_owned() } else { String::new() };
         about += if marks.is_empty() { "" } else { "Shaded: a magnet is there." };
         page.chart(Chart::new(name, "deg", &about, both).of_sizes().marked(&marks));
-        page.add(&regressor::figure(told, name, ["before", "after"], before, after));
+        page.add(&regressor::figure(told, name, "", ["before", "after"], before, after));
         let shown_by = told.diagnosed.effects.iter().filter_map(|found| Some((found, found.without.as_ref()?)));
         for (found, without) in shown_by.filter(|(_, without)| without.vector == vector) {
-            let title = effect_words(found.effect).title;
-            let name = format!("{name}, without and with {title} taken out");
-            page.add(&regressor::figure(told, &name, ["without", "with"], &without.angles, after));
+            let which = format!(": {} left in and taken out", in_a_sentence(&effect_words(found.effect)));
+            page.add(&regressor::figure(told, name, &which, ["left in", "taken out"], &without.angles, after));
         }
     }
 }
@@ -80,7 +79,7 @@ pub(super) fn add_rotation(page: &mut Page, told: &Told) {
     let Some(reference) = told.reference else { return };
     let rows = [
         ("rotation over 2 s", &reference.orientation_2s_rms_deg),
-        ("rotation over 2 s, one delay taken out", &reference.orientation_2s_rms_time_aligned_deg),
+        ("the same, with the reference's delay taken out", &reference.orientation_2s_rms_time_aligned_deg),
         ("gravity from rest to rest", &reference.rest_gravity_deg),
     ];
     let known: Vec<_> = rows.into_iter().filter(|(_, scores)| **scores != PerModel::default()).collect();

@@ -123,10 +123,15 @@ impl Plot<'_> {
             let (right, y) = (WIDTH - RIGHT, self.y(*level));
             let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>");
         }
+        // Of several series points of one time stand beside each other: their deviations can be told apart.
+        let have_deviations = self.series.iter().flat_map(|series| &series.points).any(|[_, _, sigma]| *sigma > 0.0);
+        let are_beside = have_deviations && self.series.len() > 2;
         for (number, series) in self.series.iter().enumerate() {
-            // Points of one time stand beside each other.
-            let beside =
-                if series.marked { BESIDE * (number as f64 - 0.5 * (self.series.len() - 1) as f64) } else { 0.0 };
+            let beside = if series.marked && are_beside {
+                BESIDE * (number as f64 - 0.5 * (self.series.len() - 1) as f64)
+            } else {
+                0.0
+            };
             let _ = self.draw_series(out, series, beside);
         }
     }

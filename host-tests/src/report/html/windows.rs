@@ -60,11 +60,22 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     );
     let chart = Chart::new("Consistency of the innovations", "ratio", &what, vec![nis]).of_sizes();
     page.chart(chart.marked(&marks).with_levels(vec![(1.0, "as the noise accounts for".to_owned())]));
-    page.add("<p>Directions decided: how many of P's nine this motion shows. Change: by how much a whole turn reads differently since the model that flew before. Widths: how many times as large as their data sheets' the errors of magnetometer matrix, hard iron, accelerometer matrix, magnetometer misalignment and accelerometer bias are, in this order, 0 where none shows; a large one blames its sensor. Cost: what the search for P had to make small, before and after. Bold windows were refused.</p>\n");
+    page.add("<p>Every window, accepted or refused; those that were refused are bold.</p>\n");
     page.add(&windows(told));
+    page.add(COLUMNS);
     page.add("<h3>What flies at the end</h3>\n");
     page.add(&parameters(&Parameters::at_the_end(told.config, told.flight)));
 }
+
+/// What the columns of the table of windows mean.
+const COLUMNS: &str = "<details>\n<summary>What the columns mean</summary>\n<ul>\n\
+<li>Directions decided: how many of P's nine elements this motion shows.</li>\n\
+<li>Innovations: how far the sensors disagree, squared, over what their noise accounts for; about 1 and less is sound.</li>\n\
+<li>Change: by how much a whole turn reads differently since the model that flew before.</li>\n\
+<li>Widths: how many times as large as their data sheets' the errors of five are, in this order: magnetometer matrix, hard iron, \
+accelerometer matrix, magnetometer misalignment, accelerometer bias. 0: none shows; a large one blames its sensor.</li>\n\
+<li>Cost: what the search for P had to make small, before and after. Evaluations: how many times it tried a P.</li>\n\
+</ul>\n</details>\n";
 
 fn refused(report: &WindowReport) -> Mark {
     let span_s = [in_s(report.t_start_us), in_s(report.t_end_us)];
