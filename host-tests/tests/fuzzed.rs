@@ -1,7 +1,13 @@
 //! The targets of the fuzzer, on its corpus, mutated a bounded number of times.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::{fs, panic::catch_unwind, path::PathBuf, thread, time::Instant};
+use std::{
+    fs,
+    panic::catch_unwind,
+    path::{Path, PathBuf},
+    thread,
+    time::Instant,
+};
 
 use meerkat_mwd::{
     Config, Sample,
@@ -25,8 +31,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 const MUTATIONS: [u64; TARGETS.len()] =
     [1_000_000, 1_000_000, 300_000, 100_000, 100_000, 100_000, 100_000, 1_000, 50_000, 1_000_000];
 
+/// The corpus. This file is a test of the package of cargo-fuzz, too.
 fn corpus() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus")
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.join(if package.ends_with("fuzz") { "corpus" } else { "fuzz/corpus" })
 }
 
 fn encoded<P: Payload>(payload: &P) -> (Kind, Vec<u8>) {
