@@ -31,10 +31,10 @@ const MUTATIONS: u64 = 1_000_000;
 /// Mutations for one of `flights`, which goes on until a model is found.
 const FOR_A_FLIGHT: u64 = 1_000;
 
-/// The corpus. This file is a test of the package of cargo-fuzz, too.
+/// The corpus. This file is a test of the package `attacked`, too.
 fn corpus() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.join(if package.ends_with("fuzz") { "corpus" } else { "fuzz/corpus" })
+    package.join(if package.ends_with("attacked") { "../corpus" } else { "fuzz/corpus" })
 }
 
 fn encoded<P: Payload>(payload: &P) -> (Kind, Vec<u8>) {
