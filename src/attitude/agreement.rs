@@ -68,7 +68,7 @@ impl Agreement {
         self.mistrust_rad_s * self.mistrust_rad_s * time_s * MISTRUST_S
     }
 
-    /// Sine of the dip between force and field, if both have the expected norm.
+    /// Sine of the field's dip below the level that the force shows; `None` if either has not the expected norm.
     fn sine_of_dip(&self, norm_ut: f32, tolerance: f32, gravity_m_s2: f32) -> Option<f32> {
         let (force, field) = (libm::sqrtf(self.square_force), libm::sqrtf(self.square_field));
         let long = (force - gravity_m_s2).abs() < NORM_TOLERANCE * gravity_m_s2;

@@ -25,7 +25,7 @@ impl<T: Real> Globals<T> {
         Self { x: [T::ZERO; GLOBALS], root: [[T::ZERO; WIDE]; GLOBALS] }
     }
 
-    /// Sets the prior: mean 0 and deviation 1, in units of its widths.
+    /// Resets every global to its prior: mean 0 and deviation 1, in units of the prior's width.
     pub fn start(&mut self) {
         *self = Self::zero();
         for (i, row) in self.root.iter_mut().enumerate() {

@@ -112,7 +112,8 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         is_whole.then_some(Learnt { head, globals: &self.globals })
     }
 
-    /// Sets one number of a stored state; [`Estimator::go_on`] follows when all are set.
+    /// Sets number `k` of what an earlier session learnt, and does nothing beyond the last. Call
+    /// [`Estimator::go_on`] when all are set.
     pub fn set_learnt(&mut self, k: usize, number: f32) {
         match place(k) {
             Some((row, GLOBALS)) => {

@@ -31,7 +31,8 @@ const RESET_US: u32 = 1_000;
 const LOW_NOISE: u8 = 0b1111;
 #[bisync]
 const POWERED_US: u32 = 200;
-/// Range 2000 dps or 16 g (0 in bits 7 to 5), 200 Hz (7 in bits 3 to 0).
+/// One value for the configuration register of either sensor: its widest range, 2000 dps of the gyro and 16 g of the
+/// accelerometer (0 in bits 7 to 5), and 200 Hz (7 in bits 3 to 0).
 #[bisync]
 const WIDEST_200_HZ: u8 = 0b0000_0111;
 #[bisync]

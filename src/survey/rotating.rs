@@ -54,7 +54,7 @@ struct Used {
     angle_rad: f32,
     force: Vector3<f32>,
     field: Vector3<f32>,
-    /// Force and field turned back to the frame that does not turn.
+    /// Force, m/s^2, and field, microtesla, with the tool's rotation taken out.
     force_back: Vector3<f32>,
     field_back: Vector3<f32>,
 }

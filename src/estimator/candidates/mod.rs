@@ -47,7 +47,7 @@ pub(super) const MAX_TAKEN: usize = 24;
 /// Most parameters of a library.
 const PARAMETERS: usize = 72;
 
-/// Steps of the gyro's bias that are told apart at a time.
+/// Number of steps of the gyro's bias that the filter looks for at a time, each after a shock of its own.
 pub const STEPS: usize = 3;
 
 /// Meaning of a column.

@@ -36,7 +36,7 @@ pub struct Situation {
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and it lives only until it is looked at")]
 pub enum Judgement {
-    /// Carry it out, then acknowledge it under this sequence number.
+    /// The owner carries the command out, and then acknowledges it under this sequence number.
     CarryOut {
         /// Sequence number of its frame.
         sequence: u16,
