@@ -1,8 +1,7 @@
 //! Readings of a node: the predicted states, and the rows of rotation, field and path with their noise.
 
 use super::{
-    candidates::HIDDEN,
-    columns::{ALONG, GLOBALS, HARD_IRON, MAG_MATRIX, MAG_SHAPE},
+    columns::{GLOBALS, HARD_IRON, MAG_MATRIX},
     gate::{Innovation, attitude_variance, may_contradict},
     globals::Globals,
     node::{Kind, Node},
@@ -116,26 +115,22 @@ fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declare
     })
 }
 
-/// Information that the declared field gives, as far as it has been read, on each column that an axis which has not
-/// turned hides, in units of the prior's widths; `None` if none has been read.
+/// Information that the declared field gives, as far as it has been read, on a constant field along each axis of the
+/// body, in units of these widths of the prior; `None` if none has been read.
 pub(super) fn told_by_reference<T: Real>(
     node: &Node<T>,
     (settings, field_unit): (&Settings, T),
-    sigma: &[T; GLOBALS],
-) -> Option<[f32; HIDDEN]> {
+    widths: &[T],
+) -> Option<[f32; 3]> {
     let declared = declared(settings, field_unit).filter(|_| node.referred > 0)?;
     let read = T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED));
     let [of_norm, of_dip] = rows::slopes(&node.field, &declared);
-    let width = |column: usize| sigma.get(column).copied().unwrap_or(T::ZERO);
-    let [x, y, z] = [0, 1, 2].map(|axis| node.attitude.column(axis).into_owned());
-    // The field as the shape's term reads it: as it is across the tool's axis, and less twice along it.
-    let shaped = (node.field - z * (T::of(3.0) * z.dot(&node.field))) / T::of(6.0).root();
-    let [of_x, of_y, of_z] = [0, 1, 2].map(|axis| width(HARD_IRON.from + axis));
-    let hidden = [(x, of_x), (y, of_y), (z, of_z), (shaped, width(MAG_SHAPE.from + ALONG))];
-    Some(hidden.map(|(direction, width)| {
-        let [norm, dip] = [of_norm.dot(&direction), of_dip.dot(&direction)];
-        ((norm * norm + dip * dip) * width * width * read).narrow()
-    }))
+    let mut information = [0.0; 3];
+    for ((information, axis), width) in information.iter_mut().zip(node.attitude.column_iter()).zip(widths) {
+        let [norm, dip] = [of_norm.dot(&axis), of_dip.dot(&axis)];
+        *information = ((norm * norm + dip * dip) * *width * *width * read).narrow();
+    }
+    Some(information)
 }
 
 /// Writes the rows that the earth field of the node is the declared one.

@@ -3,7 +3,7 @@
 use super::{
     Centre, Estimator, Item, Kind, Refusal, Task,
     candidates::{Units, Unturned},
-    columns::{GLOBALS, NUISANCES},
+    columns::{GLOBALS, HARD_IRON, NUISANCES},
     increment::Increment,
     reading,
     real::{Real, V3, norm, widened, zero3},
@@ -268,8 +268,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         } else if end_us >= self.course.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.course.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
-            let of_field = (&self.settings, self.course.field_unit);
-            let told = reading::told_by_reference(&self.node, of_field, &self.prior.sigma);
+            let widths = self.prior.sigma.get(HARD_IRON.columns()).unwrap_or_default();
+            let told = reading::told_by_reference(&self.node, (&self.settings, self.course.field_unit), widths);
             self.evidence.choice.unturned = Unturned::new(self.unturned(), told);
             self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
             self.task = Task::Weighing;

@@ -48,13 +48,14 @@ mod tests {
     #[test]
     fn every_page_has_its_examples_one_a_line() {
         let folder = tempfile::TempDir::new().unwrap_or_else(|error| panic!("{error}"));
-        assert!(run(&ManArgs { folder: folder.path().to_owned() }).is_ok());
+        let folder = folder.path().join("new");
+        assert!(run(&ManArgs { folder: folder.clone() }).is_ok());
         for command in Cli::command().get_subcommands() {
-            let path = folder.path().join(format!("mwd-{}.1", command.get_name()));
+            let path = folder.join(format!("mwd-{}.1", command.get_name()));
             let page = fs::read_to_string(&path).unwrap_or_default();
             assert!(page.contains(".SH EXAMPLES\n.nf\n  cargo mwd ") && page.ends_with("\n.fi\n"), "{page}");
         }
-        let all = fs::read_to_string(folder.path().join("mwd.1")).unwrap_or_default();
+        let all = fs::read_to_string(folder.join("mwd.1")).unwrap_or_default();
         assert!(all.contains("\\-\\-help\n.fi\n.SH VERSION\n"), "{all}");
     }
 }

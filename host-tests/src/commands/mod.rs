@@ -294,17 +294,6 @@ mod tests {
     }
 
     #[test]
-    fn every_command_has_a_manual_page() {
-        let folder = tempfile::tempdir().unwrap();
-        man::run(&man::ManArgs { folder: folder.path().join("new") }).unwrap();
-        for command in Cli::command().get_subcommands() {
-            let page =
-                std::fs::read_to_string(folder.path().join(format!("new/mwd-{}.1", command.get_name()))).unwrap();
-            assert!(page.contains("Examples:"), "{}", command.get_name());
-        }
-    }
-
-    #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
     }

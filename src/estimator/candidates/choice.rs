@@ -285,7 +285,7 @@ impl Choice {
         if self.unturned.is_told() {
             return None;
         }
-        self.unturned.columns().find(|column| !self.entered.has(*column) && !is_claimed(*column))
+        self.unturned.hidden().find(|column| !self.entered.has(*column) && !is_claimed(*column))
     }
 
     /// Credit, log units: positive for an effect that was found in an earlier session or is taken out now, negative for

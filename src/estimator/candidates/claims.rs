@@ -233,9 +233,11 @@ impl<T: Real, const E: usize> Candidates<T, E> {
                 }
             }
         } else {
-            for (k, column) in columns.iter().enumerate().take(n) {
+            for ((k, row), column) in by.iter_mut().enumerate().zip(columns.iter()) {
                 let place = column.place().and_then(|place| self.places().get(place));
-                by[k][k] = place.map_or(0.0, |place| place.usual);
+                if let Some(slot) = row.get_mut(k) {
+                    *slot = place.map_or(0.0, |place| place.usual);
+                }
             }
         }
         let (mut square, mut square_sigma) = (0.0, 0.0);

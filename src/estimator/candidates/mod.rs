@@ -32,7 +32,7 @@ pub use claims::Claim;
 pub(super) use claims::Units;
 pub use rules::Rules;
 use shocks::Shocks;
-pub(super) use unturned::{HIDDEN, Unturned};
+pub(super) use unturned::Unturned;
 
 /// Capacity in columns: the library's effects, with three bias steps.
 pub const EFFECTS: usize = 44;

@@ -24,14 +24,11 @@ const NOTHING: f32 = 1e8;
 const IRON: Columns = Columns::of_group(&HARD_IRON);
 const SHAPE: Columns = Columns::of_group(&MAG_SHAPE);
 
-/// Number of columns that an axis which has not turned may hide: hard iron along each, and the shape along the tool's.
-pub(in crate::estimator) const HIDDEN: usize = 4;
-
-/// Axes that have not turned, and what a declared field tells of the columns that they hide.
+/// Axes that have not turned, and what a declared field tells of a constant field along them.
 pub(in crate::estimator) struct Unturned {
     axes: [bool; 3],
     /// Information of the declared field, in units of the prior's widths; `None` without one.
-    told: Option<[f32; HIDDEN]>,
+    told: Option<[f32; 3]>,
 }
 
 /// Evidence of iron along the axes that have not turned, alone, and its dispersion.
@@ -53,7 +50,7 @@ impl Unturned {
     /// No axis.
     pub const NONE: Self = Self { axes: [false; 3], told: None };
 
-    pub const fn new(axes: [bool; 3], told: Option<[f32; HIDDEN]>) -> Self {
+    pub const fn new(axes: [bool; 3], told: Option<[f32; 3]>) -> Self {
         Self { axes, told }
     }
 
@@ -61,17 +58,23 @@ impl Unturned {
         self.told.is_some()
     }
 
-    /// Columns that an axis which has not turned hides.
-    pub fn columns(&self) -> impl Iterator<Item = ColumnId> {
-        let [x, y, z] = self.axes;
-        hideable().zip([x, y, z, z]).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
+    /// Hard-iron columns along the axes.
+    fn columns(&self) -> impl Iterator<Item = ColumnId> {
+        IRON.iter().zip(self.axes).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
+    }
+
+    /// Columns of which nothing tells without a declared field: hard iron along the axes and, if the tool's own has not
+    /// turned, the magnetometer's shape along it.
+    pub fn hidden(&self) -> impl Iterator<Item = ColumnId> {
+        let [.., along_the_tool] = self.axes;
+        self.columns().chain(SHAPE.iter().skip(ALONG).take(usize::from(along_the_tool)))
     }
 
     /// Dispersion of a column's posterior variance, in units of the prior's: its information over what the declared
     /// field tells. What is beyond that is noise of the attitudes at which rows are made linear. At least `own`, and at
     /// least 1, because the declared field's deviations do not follow from the data's.
     fn dispersion(&self, column: ColumnId, variance: f32, own: f32) -> f32 {
-        let told = hideable().position(|other| other == column).and_then(|place| self.told?.get(place).copied());
+        let told = IRON.place_of(column).and_then(|axis| self.told?.get(axis).copied());
         let least = if own > 1.0 { own } else { 1.0 };
         let ratio = told.map_or(least, |told| (1.0 / variance - 1.0) / told);
         if ratio < least {
@@ -93,7 +96,7 @@ impl Unturned {
         own: f32,
     ) -> Option<IronAlone> {
         self.told?;
-        let columns: Vec<ColumnId, HIDDEN> = self.columns().filter(|column| fresh.contains(column)).collect();
+        let columns: Vec<ColumnId, 3> = self.columns().filter(|column| fresh.contains(column)).collect();
         if columns.is_empty() {
             return None;
         }
@@ -108,7 +111,7 @@ impl Unturned {
         self.told?;
         let mut part =
             Posterior { mean: [T::ZERO; MAX_PARAMETERS], covariance: [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS] };
-        let places: Vec<(ColumnId, usize), HIDDEN> =
+        let places: Vec<(ColumnId, usize), 3> =
             self.columns().filter_map(|column| Some((column, columns.place_of(column)?))).collect();
         let mut dispersion = own;
         for (k, (column, place)) in places.iter().enumerate() {
@@ -142,11 +145,6 @@ impl Unturned {
     }
 }
 
-/// All columns that may be hidden, in the order of what is told.
-fn hideable() -> impl Iterator<Item = ColumnId> {
-    IRON.iter().chain(SHAPE.iter().skip(ALONG).take(1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,7 +159,7 @@ mod tests {
             posterior.mean[k] = 1.0;
             posterior.covariance[k][k] = 1e-4;
         }
-        let unturned = Unturned::new([false, false, true], Some([told; HIDDEN]));
+        let unturned = Unturned::new([false, false, true], Some([told; 3]));
         let columns = IRON;
         let alone = unturned.among(&posterior, columns, 1.0);
         assert!(alone.is_some_and(|alone| alone.evidence.is_finite() && alone.evidence / alone.dispersion >= 0.0));
