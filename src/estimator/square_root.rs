@@ -143,12 +143,16 @@ fn elements<T: Real, const L: usize, const M: usize, const W: usize>(
     Some(elements)
 }
 
+/// Puts elements of some columns back; does nothing beyond the rows' end.
 #[inline(always)]
 fn put<T: Real, const L: usize, const M: usize, const W: usize>(
     rows: &mut [[T; L]; M],
     column: usize,
     elements: &[[T; W]; M],
 ) {
+    if L < W || column > L - W {
+        return;
+    }
     for (row, x) in rows.iter_mut().zip(elements) {
         row[column..column + W].copy_from_slice(x);
     }
