@@ -349,8 +349,9 @@ impl AttitudeFilter {
                 force_seen: tilt.force_seen_lately(),
                 timing_variance_s2: sensors.mag_timing_variance_s2,
             };
-            heading.field_used = heading.update(state, field, &step, &conditions, settings);
-            if heading.field_used {
+            let used = heading.update(state, field, &step, &conditions, settings);
+            heading.note_field(used, step.time_s);
+            if used {
                 turned_field.agree(field);
             }
         }
@@ -365,7 +366,7 @@ impl AttitudeFilter {
 
         state.correct(&settings.config);
         gyro_scale::check_prior(state, settings);
-        tilt.check(state, heading, read, step.time_s, settings);
+        tilt.check(state, heading, read, motion.shaking.density(), step.time_s, settings);
         state.refresh_rotation();
         self.report.is_stale = true;
     }
@@ -471,7 +472,7 @@ impl AttitudeFilter {
         if !(self.sample.accel_seen && self.tilt.force_used) {
             flags.insert(AttitudeFlags::ACCEL_UNUSED);
         }
-        if !(self.sample.mag_seen && self.heading.field_used) {
+        if !(self.sample.mag_seen && self.heading.is_corrected()) {
             flags.insert(AttitudeFlags::MAG_UNUSED);
         }
         Some(self.report.attitude(&self.state, flags, &self.settings))
@@ -492,6 +493,11 @@ impl AttitudeFilter {
         covariance.m11 += north;
         covariance.m22 += east;
         covariance.m33 += self.heading.excess_variance() + turned;
+        // A tilt that the force contradicts turns the heading that the field gave by the tangent of its dip.
+        let (_, sine, cosine) = self.heading.reference().dip();
+        if self.heading.is_observed() && cosine > 0.0 {
+            covariance.m33 += (doubt.x + doubt.y) * (sine * sine) / (cosine * cosine);
+        }
         let timing_variance = self.sensors.gyro_timing_variance;
         if timing_variance > 0.0 {
             let turn = self.state.rotation * (self.sample.rate_rad_s * self.sample.step_s);

@@ -45,6 +45,8 @@ pub(super) struct Heading {
     /// Time since the field agreed with the attitude, seconds.
     disagreed_s: f32,
     contradiction_s: f32,
+    /// Time for which the field has yet to agree before it counts as used again, seconds.
+    returning_s: f32,
     /// Variance of the heading that averaging does not reduce, rad^2.
     floor: f32,
     /// Squared angle between the heading and an undisturbed field that is not used, rad^2.
@@ -71,6 +73,7 @@ impl Heading {
             field_used: false,
             disagreed_s: 0.0,
             contradiction_s: 0.0,
+            returning_s: 0.0,
             floor: 0.0,
             doubt: 0.0,
         }
@@ -99,6 +102,24 @@ impl Heading {
     /// Time since the field agreed with the attitude, seconds.
     pub const fn disagreed_s(&self) -> f32 {
         self.disagreed_s
+    }
+
+    /// Returns true if the last field was used, and those of the half second before it: an attitude that a faulty gyro
+    /// turns round agrees with the field in passing.
+    pub const fn is_corrected(&self) -> bool {
+        self.field_used && self.returning_s <= 0.0
+    }
+
+    /// Notes if a step's field was used.
+    pub fn note_field(&mut self, used: bool, time_s: f32) {
+        self.field_used = used;
+        self.returning_s = if !used {
+            AGREEMENT_S
+        } else if self.returning_s > 0.0 {
+            self.returning_s - time_s
+        } else {
+            0.0
+        };
     }
 
     /// Notes if a step's field agreed with the attitude.

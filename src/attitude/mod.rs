@@ -49,7 +49,8 @@ bitflags::bitflags! {
         const AFTER_GAP = 1 << 6;
         /// The driver reported a fault with this sample.
         const FAULT = 1 << 7;
-        /// A sensor has not changed its reading for a second.
+        /// A sensor has not changed its reading for a second, or an axis of the gyro for fifty readings while another
+        /// showed that the probe turns.
         const FROZEN_SENSOR = 1 << 8;
     }
 }

@@ -33,6 +33,11 @@ const ALIGNMENT_S: f32 = 0.5;
 /// Smoothing of the force that is checked against the attitude, and the time for which it must contradict,
 /// seconds: a hand's motion averages out over its swing.
 const CONTRADICTION_S: f32 = 2.0;
+/// Smoothing of the force that may lean, seconds: as the first tilt's.
+const LEAN_S: f32 = ALIGNMENT_S;
+/// Gate over the variance of its angle: exceeded by noise once in a thousand (chi-square with two degrees of freedom,
+/// 2 ln 1000).
+const LEAN_GATE: f32 = 13.82;
 /// Time without gravity after which the field no longer corrects the bias, seconds: with 0.4 (m/s^2)^2/Hz of unread
 /// acceleration the speed is then less certain than the assumed half metre a second.
 const UNSEEN_FORCE_S: f32 = 1.0;
@@ -48,6 +53,8 @@ pub(super) struct Tilt {
     /// Angle between the tilt and a mean force that is not used, about north and about east, radians.
     pub doubt_rad: Vector2<f32>,
     smooth_force_m_s2: Vector3<f32>,
+    /// Horizontal force smoothed over [`LEAN_S`], north and east, m/s^2.
+    lean_m_s2: Vector2<f32>,
     /// Mean square of the force over about a second, relative to gravity's.
     mean_square_force: f32,
     /// Time since the tilt was last taken from the force, at most [`CONTRADICTION_S`], seconds.
@@ -67,6 +74,7 @@ impl Tilt {
             force_used: false,
             doubt_rad: Vector2::new(0.0, 0.0),
             smooth_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            lean_m_s2: Vector2::new(0.0, 0.0),
             mean_square_force: 0.0,
             aligned_s: 0.0,
             contradiction_s: 0.0,
@@ -197,6 +205,7 @@ impl Tilt {
         state: &mut State,
         heading: &mut Heading,
         force: Option<Vector3<f32>>,
+        density: f32,
         time_s: f32,
         settings: &Settings,
     ) {
@@ -210,15 +219,36 @@ impl Tilt {
             self.align(state, heading, &f, settings);
         }
         let overturned = !upright(&f);
-        // A force that is not used makes the tilt uncertain by the force's angle to it, about north and about east.
-        let per_gravity = if seen && !self.force_used { 1.0 / gravity_m_s2 } else { 0.0 };
-        self.doubt_rad = Vector2::new(f.y, f.x) * per_gravity;
+        // A force that is not used, or leans, makes the tilt uncertain by its angle, about north and about east.
+        self.lean_m_s2 += (force.xy() - self.lean_m_s2) * (time_s / (LEAN_S + time_s));
+        let leaning = if self.force_used { self.leaning(density, settings) } else { f.xy() };
+        let per_gravity = if seen { 1.0 / gravity_m_s2 } else { 0.0 };
+        self.doubt_rad = Vector2::new(leaning.y, leaning.x) * per_gravity;
         let contradicted = seen && overturned && !heading.agrees();
         self.contradiction_s = if contradicted { self.contradiction_s + time_s } else { 0.0 };
         if self.contradiction_s > CONTRADICTION_S {
             self.lost = true;
             state.reset_bias(&settings.config);
         }
+    }
+
+    /// Horizontal part, m/s^2, of a smoothed force that is further from the vertical than shaking of this spectral
+    /// density ((m/s^2)^2/Hz) and the accelerometer's constant error explain; of the two means the one further off, zero
+    /// if neither is. On a drill string no acceleration lasts for half a second, so the tilt is off by this angle.
+    fn leaning(&self, density: f32, settings: &Settings) -> Vector2<f32> {
+        let mut furthest = Vector2::zeros();
+        if !settings.goes_round || !self.is_settled() {
+            return furthest;
+        }
+        let constant = settings.config.accel_sigma_m_s2;
+        for (mean, smoothing_s) in [(self.lean_m_s2, LEAN_S), (self.smooth_force_m_s2.xy(), CONTRADICTION_S)] {
+            let variance = 0.5 * (density / smoothing_s + constant * constant);
+            let square = mean.norm_squared();
+            if square > LEAN_GATE * variance && square > furthest.norm_squared() {
+                furthest = mean;
+            }
+        }
+        furthest
     }
 }
 

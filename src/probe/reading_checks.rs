@@ -102,7 +102,8 @@ impl ReadingChecks {
             if !sample.flags.contains(SampleFlags::missing(sensor)) {
                 let staleness = self.staleness.of_mut(sensor);
                 staleness.update(sample.vector(sensor), turning);
-                frozen |= staleness.same > self.samples_per_second;
+                frozen |= staleness.same > self.samples_per_second
+                    || (matches!(sensor, Sensor::Gyro) && staleness.has_dead_turning_axis());
             }
         }
         frozen
@@ -112,7 +113,7 @@ impl ReadingChecks {
     fn is_stale(&self, sensor: Sensor) -> bool {
         let staleness = self.staleness.of(sensor);
         let part = match sensor {
-            Sensor::Gyro if staleness.is_still(self.still_rad_s) => 1,
+            Sensor::Gyro if !staleness.is_lively() && staleness.is_still(self.still_rad_s) => 1,
             Sensor::Gyro | Sensor::Accelerometer => STALE_INERTIAL_PART,
             Sensor::Magnetometer => STALE_MAG_PART,
         };
@@ -123,7 +124,10 @@ impl ReadingChecks {
     pub fn rate(&self, raw_rad_s: Vector3<f32>, sample: &Sample) -> Reading {
         if sample.flags.contains(SampleFlags::GYRO_MISSING) {
             Reading::Missing
-        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED) || self.is_stale(Sensor::Gyro) {
+        } else if sample.flags.contains(SampleFlags::GYRO_CLIPPED)
+            || self.is_stale(Sensor::Gyro)
+            || self.staleness.of(Sensor::Gyro).has_dead_turning_axis()
+        {
             Reading::Unusable
         } else {
             Reading::Usable(raw_rad_s)

@@ -5,6 +5,13 @@
 /// noise may be below its resolution.
 const DEAD_READINGS: u16 = 50;
 
+/// New readings in a row, none of which repeats itself, after which a sensor counts as one whose noise shows in every
+/// reading.
+const LIVELY: u8 = 128;
+/// Readings that a repeat takes back once it has ended: a freeze or two do not tell of a sensor whose noise is below its
+/// resolution, or that is read more often than it converts.
+const REPEAT: u8 = 48;
+
 /// Detector of a sensor that repeats its reading; missing readings do not count.
 #[derive(Clone, Copy)]
 pub(super) struct Staleness {
@@ -15,11 +22,15 @@ pub(super) struct Staleness {
     pub same: u32,
     /// Consecutive zeros, and repeats while the probe turned, of each axis.
     repeated: [u16; 3],
+    /// The same, of repeats while the probe turned alone.
+    turned: [u16; 3],
+    /// New readings without a repeat, less those that ended repeats take back.
+    fresh: u8,
 }
 
 impl Staleness {
     pub const fn zero() -> Self {
-        Self { last: [0; 3], before: [0; 3], same: 0, repeated: [0; 3] }
+        Self { last: [0; 3], before: [0; 3], same: 0, repeated: [0; 3], turned: [0; 3], fresh: 0 }
     }
 
     /// Takes a reading; `turning` is true if the probe turns.
@@ -29,7 +40,7 @@ impl Staleness {
         let has_zero = x << 1 == 0 || y << 1 == 0 || z << 1 == 0;
         if !has_zero && x != last_x && y != last_y && z != last_z {
             // The usual case: every axis has changed and none is zero.
-            *self = Self { last: reading, before: self.last, same: 0, repeated: [0; 3] };
+            *self = Self { last: reading, before: self.last, fresh: self.next_fresh(), ..Self::zero() };
             return;
         }
         self.judge(reading, turning);
@@ -39,13 +50,23 @@ impl Staleness {
     #[inline(never)]
     fn judge(&mut self, reading: [u32; 3], turning: bool) {
         let is_new = reading != self.last;
-        for ((repeated, x), last) in self.repeated.iter_mut().zip(reading).zip(self.last) {
+        let counted = self.repeated.iter_mut().zip(&mut self.turned);
+        for (((repeated, turned), x), last) in counted.zip(reading).zip(self.last) {
+            let has_turned = x == last && is_new && turning;
             // A zero of either sign.
-            if x << 1 == 0 || x == last && is_new && turning {
+            if x << 1 == 0 || has_turned {
                 *repeated = repeated.saturating_add(1);
             } else if x != last {
                 *repeated = 0;
             }
+            if has_turned {
+                *turned = turned.saturating_add(1);
+            } else if x != last {
+                *turned = 0;
+            }
+        }
+        if is_new {
+            self.fresh = self.next_fresh();
         }
         self.same = if is_new { 0 } else { self.same.saturating_add(1) };
         if is_new {
@@ -53,9 +74,24 @@ impl Staleness {
         }
     }
 
+    /// Count of fresh readings after a new one.
+    const fn next_fresh(&self) -> u8 {
+        if self.same > 0 { self.fresh.saturating_sub(REPEAT) } else { self.fresh.saturating_add(1) }
+    }
+
+    /// Returns true if every reading has lately been a new one.
+    pub const fn is_lively(&self) -> bool {
+        self.fresh >= LIVELY
+    }
+
     /// Returns true if an axis is dead.
     pub fn has_dead_axis(&self) -> bool {
         self.repeated.iter().any(|repeated| *repeated >= DEAD_READINGS)
+    }
+
+    /// Returns true if an axis has repeated itself while the probe turned: zeros at rest do not count.
+    pub fn has_dead_turning_axis(&self) -> bool {
+        self.turned.iter().any(|turned| *turned >= DEAD_READINGS)
     }
 
     /// Returns true if the last two different readings were below `limit` on all axes.
@@ -98,5 +134,35 @@ mod tests {
         assert!((0..100_u8).any(|k| is_dead([0.3, f32::from(k), 1.0 + f32::from(k)], true)));
         assert!(is_dead([0.3, 0.1, 0.2], false), "a rest says nothing");
         assert!(!is_dead([0.31, 0.2, 0.3], true));
+    }
+
+    #[test]
+    fn a_sensor_is_lively_until_its_readings_repeat_themselves_again_and_again() {
+        let mut staleness = Staleness::zero();
+        let mut next = 0.0;
+        let mut fresh = |staleness: &mut Staleness, readings: u16, hold: u16| {
+            for k in 0..readings {
+                next += if k % hold == 0 { 0.1 } else { 0.0 };
+                staleness.update([next, next + 1.0, -next], false);
+            }
+            staleness.is_lively()
+        };
+        assert!(!fresh(&mut staleness, 127, 1) && fresh(&mut staleness, 73, 1));
+        // One freeze, however long, is not its nature.
+        assert!(fresh(&mut staleness, 300, 300) && fresh(&mut staleness, 1, 1));
+        // Read three times as often as it converts, it repeats itself by nature.
+        assert!(!fresh(&mut staleness, 12, 3));
+    }
+
+    #[test]
+    fn an_axis_of_zeros_is_dead_where_the_probe_turns_and_not_at_rest() {
+        let is_dead = |turning| {
+            let mut staleness = Staleness::zero();
+            for k in 0..=DEAD_READINGS {
+                staleness.update([f32::from(k), 0.0, -f32::from(k)], turning);
+            }
+            staleness.has_dead_turning_axis()
+        };
+        assert!(is_dead(true) && !is_dead(false));
     }
 }

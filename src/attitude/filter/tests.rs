@@ -130,3 +130,44 @@ fn a_gyro_that_is_off_is_found_by_hand_within_seconds() {
     let as_noise = carried(&off, config::Motion::DrillString);
     assert!(perfect < 0.01 && found < 0.05 && found < 0.25 * as_noise, "{perfect} {found} {as_noise}");
 }
+
+#[test]
+fn a_gyro_that_lies_while_the_tool_slides_is_in_doubt_by_what_gravity_shows() {
+    // Axis, and the rate that is not there.
+    for (axis, rate_rad_s) in [(0, 0.02_f32), (0, -0.05), (1, 0.01), (1, -0.03)] {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
+        let (mut worst_rad, mut silent_s) = (0.0_f32, 0.0_f32);
+        for k in 0..8_000_u16 {
+            // Honest for 20 s, wrong for 3, honest again.
+            let mut rate = Vector3::zeros();
+            rate[axis] = if (4_000..4_600).contains(&k) { rate_rad_s } else { 0.0 };
+            filter.propagate(0.005, &rate);
+            filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+            let Some(attitude) = filter.attitude(AttitudeFlags::empty()) else { continue };
+            let error = attitude.inclination_rad;
+            worst_rad = if error > worst_rad { error } else { worst_rad };
+            silent_s += if error > 5.0 * attitude.sigma_inclination_rad { 0.005 } else { 0.0 };
+        }
+        assert!(worst_rad > 0.02 && silent_s < 1.0, "{axis} {rate_rad_s}: {worst_rad} rad, {silent_s} s");
+    }
+}
+
+#[test]
+fn a_field_that_agrees_in_passing_is_not_used_before_it_has_agreed_for_half_a_second() {
+    let config = Config::default();
+    let mut filter = AttitudeFilter::new();
+    filter.start(&config.attitude, &config.earth, config.identification.motion);
+    let mut used_s = 0.0;
+    for k in 0..6_000_u16 {
+        // From 20 s on the gyro stands still, and the string turns once a second.
+        let psi = if k < 4_000 { 0.0 } else { 6.28 * f32::from(k - 4_000) * 0.005 };
+        filter.propagate(0.005, &Vector3::zeros());
+        let field = exp_matrix(&Vector3::new(0.0, 0.0, -psi)) * Vector3::new(20.0, 0.0, 44.0);
+        filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&field));
+        let attitude = filter.attitude(AttitudeFlags::empty()).unwrap();
+        used_s += if k > 4_040 && !attitude.flags.contains(AttitudeFlags::MAG_UNUSED) { 0.005 } else { 0.0 };
+    }
+    assert_eq!(used_s, 0.0);
+}
