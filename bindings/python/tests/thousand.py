@@ -1,7 +1,7 @@
 """A thousand simulated recordings through `mwd batch`: one processor against two, kill -9 and resume, and who reads it.
 
-    cargo build --release -p host-tests
-    MWD_PROGRAM=target/release/mwd python bindings/python/tests/thousand.py
+    cargo build --profile desk -p host-tests
+    MWD_PROGRAM=target/desk/mwd python bindings/python/tests/thousand.py
 
 Needs Linux, DuckDB and pandas. ``--recordings`` takes fewer, ``--keep FOLDER`` keeps the recordings for another time. Ends
 with 1 if something does not hold.
@@ -30,7 +30,7 @@ import duckdb
 import pandas as pd
 
 ROOT = Path(__file__).resolve().parents[3]
-PROGRAM = Path(os.environ.get("MWD_PROGRAM", ROOT / "target/release/mwd"))
+PROGRAM = Path(os.environ.get("MWD_PROGRAM", ROOT / "target/desk/mwd"))
 #: What two processors and one have to reach.
 LEAST_RATIO, LEAST_TIMES_REAL_TIME = 1.9, 2500.0
 
