@@ -6,6 +6,7 @@ use super::{
     heading::{Heading, LOST_RAD},
     settings::Settings,
     state::State,
+    tilt::FORCE_SIGMA_RAD,
     turned_field::TurnedField,
 };
 use crate::rotation::sine_and_cosine;
@@ -14,8 +15,6 @@ use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
 const SMOOTHING_S: f32 = 0.1;
-/// Standard deviation of the smoothed force's direction, radians: half a m/s^2 of acceleration.
-const FORCE_SIGMA_RAD: f32 = 0.05;
 /// Tolerance of the force's norm against gravity, relative: five times [`FORCE_SIGMA_RAD`].
 const NORM_TOLERANCE: f32 = 0.25;
 /// Gate of the angle between a vector and the attitude, in deviations: exceeded by chance once in 400.

@@ -412,8 +412,8 @@ impl AttitudeFilter {
     }
 
     /// Goes on from the estimator's attitude at the mark, with its covariance, if the estimator's tilt is more certain
-    /// than the filter's; its heading is taken only if that is more certain, too. Does nothing without a mark, which a
-    /// gap removes.
+    /// than the filter's and gravity does not contradict it; its heading is taken only if that is more certain, too.
+    /// Does nothing without a mark, which a gap removes.
     pub(crate) fn compare(&mut self, known: &KnownAttitude) {
         let Self { state, heading, settings, .. } = self;
         let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
@@ -421,8 +421,10 @@ impl AttitudeFilter {
         let Some(by) = state.propagation.since_mark(&rotation) else { return };
         self.is_doubted = false;
         let tilt = state.errors.variance(0) + state.errors.variance(1);
-        let is_closer = known.covariance.m11 + known.covariance.m22 < tilt;
-        if !self.tilt.aligned || !is_closer {
+        let known_tilt = known.covariance.m11 + known.covariance.m22;
+        // An estimator that a fault has just made start anew can be wrong by more than it says.
+        let is_sound = self.tilt.aligned && !self.tilt.contradicts(&by, 0.5 * known_tilt);
+        if known_tilt >= tilt || !is_sound {
             return;
         }
         // The field that the filter read since the mark may give the heading better.

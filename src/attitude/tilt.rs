@@ -17,6 +17,8 @@ use nalgebra::{Quaternion, Vector2, Vector3};
 
 /// Uncertainty of a tilt taken from a force of gravity's norm, radians: 0.1 g of acceleration, as of a hand.
 const ALIGNMENT_SIGMA_RAD: f32 = 0.1;
+/// Standard deviation of a smoothed force's direction, radians: half a m/s^2 of acceleration.
+pub(super) const FORCE_SIGMA_RAD: f32 = 0.05;
 /// Correlation time of the probe's velocity, seconds: one radian of phase of a hand's 0.5 Hz swing.
 const VELOCITY_CORRELATION_S: f32 = 0.3;
 /// Least mean square of the force, relative to gravity's, with which the force is used. Accelerations that average out
@@ -230,6 +232,15 @@ impl Tilt {
             self.lost = true;
             state.reset_bias(&settings.config);
         }
+    }
+
+    /// Returns true if the attitude would contradict the smoothed force after this turn (NED), and more than before it:
+    /// `variance` is that of the turned tilt, rad^2.
+    pub fn contradicts(&self, by: &Quaternion<f32>, variance: f32) -> bool {
+        let force = &self.smooth_force_m_s2;
+        let (before, after) = (force.xy().norm_squared(), (matrix(by) * force).xy().norm_squared());
+        let tolerance = LEAN_GATE * (variance + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD);
+        after > before + tolerance * force.norm_squared()
     }
 
     /// Horizontal part, m/s^2, of a smoothed force that is further from the vertical than shaking of this spectral

@@ -32,7 +32,7 @@ fn off(filter: &AttitudeFilter, rotation: &Vector3<f32>) -> f32 {
 
 #[test]
 fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
-    let truth = Vector3::new(0.2, -0.1, 0.5);
+    let truth = Vector3::new(0.1, -0.05, 0.5);
     let known = |sigma: f32| KnownAttitude {
         rotation: exp_matrix(&truth),
         covariance: Matrix3::from_diagonal_element(sigma * sigma),
@@ -43,6 +43,11 @@ fn a_wrong_models_attitude_is_replaced_by_one_that_is_known_better() {
     assert!(off(&filter, &truth) < 1e-5 && !filter.is_doubted(), "{}", off(&filter, &truth));
     let sigma = filter.attitude(crate::attitude::AttitudeFlags::empty()).unwrap().sigma_inclination_rad;
     assert!((0.005..0.03).contains(&sigma), "{sigma}");
+    // One that gravity contradicts is not taken, however certain it says it is.
+    let mut filter = doubted();
+    filter.mark();
+    filter.compare(&KnownAttitude { rotation: exp_matrix(&Vector3::new(0.4, 0.0, 0.5)), ..known(0.01) });
+    assert!(off(&filter, &Vector3::zeros()) < 0.01 && !filter.is_doubted());
     // A less certain attitude is not taken, and without a mark none is.
     let mut filter = doubted();
     filter.mark();
