@@ -22,12 +22,10 @@ use crate::{
 /// the probe. `Probe` accepts a step of more than ten seconds only when a second sample confirms it.
 pub struct AttitudeProbe {
     configured: bool,
+    /// Its gyro model is the one that flies.
     config: Config,
-    /// Model that flies.
-    model: GyroModel,
     /// Time of the last sample; `None` before the first.
     last_us: Option<u64>,
-    readings: [Reading; 3],
     pipeline: Pipeline<Nothing>,
 }
 
@@ -35,14 +33,7 @@ impl AttitudeProbe {
     /// Returns a probe without a configuration.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            configured: false,
-            config: Config::UNSET,
-            model: GyroModel::UNSET,
-            last_us: None,
-            readings: [const { Reading::Missing }; 3],
-            pipeline: Pipeline::zero(),
-        }
+        Self { configured: false, config: Config::UNSET, last_us: None, pipeline: Pipeline::zero() }
     }
 
     /// Checks a configuration and starts anew from it.
@@ -58,27 +49,32 @@ impl AttitudeProbe {
 
     /// Starts anew from the present configuration.
     fn begin(&mut self) {
-        self.model = self.config.gyro;
         self.last_us = None;
-        self.readings = [const { Reading::Missing }; 3];
         self.pipeline.start(&self.config);
         self.pipeline.filter.mag_delay_known(self.config.latency.mag_s.map(|_| 0.0));
         self.configured = true;
     }
 
-    /// Flies a gyro model from the next sample on, known with the standard deviations `sigma` of P (row-major, 9) and b
-    /// (3, rad/s). Returns false, and changes nothing, for an invalid model and before a configuration.
+    /// Flies a gyro model from the next sample on, also after a restart, known with the standard deviations `sigma` of P
+    /// (row-major, 9) and b (3, rad/s). Returns false, and changes nothing, for an invalid model and before a
+    /// configuration.
     pub fn fly(&mut self, model: &GyroModel, sigma: &[f32; 12]) -> bool {
         let can = self.configured && model.is_valid();
         if can {
-            self.pipeline.filter.model_changed(&self.model, model, sigma);
-            self.model = *model;
+            self.pipeline.filter.model_changed(&self.config.gyro, model, sigma);
+            self.config.gyro = *model;
         }
         can
     }
 
     /// Takes one sample. Returns `None` before a configuration, and for a sample whose time does not increase.
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
+        self.push_and_read(sample).map(|(output, _)| output)
+    }
+
+    /// The same; gives also what an [`Estimator`](crate::estimator::Estimator) takes: raw rate less the earth's,
+    /// calibrated force and field.
+    pub fn push_and_read(&mut self, sample: &Sample) -> Option<(Output, [Reading; 3])> {
         if !self.configured {
             return None;
         }
@@ -102,31 +98,23 @@ impl AttitudeProbe {
 
         let with = With {
             config: &self.config,
-            model: &self.model,
+            model: &self.config.gyro,
             library: &[],
             gyro_delay_known: self.config.latency.gyro_s.is_some(),
             step_s,
             gap_s: gap.then_some(step_s),
         };
         let stepped = self.pipeline.step(&sample, &with);
-        self.readings = stepped.readings;
         let delay_us = (self.config.latency.gyro_s.unwrap_or(0.0) * 1e6) as u64;
         let t_us = sample.t_us.saturating_sub(delay_us);
         let attitude = self.pipeline.filter.attitude(stepped.flags);
-        Some(Output { t_us, rate_rad_s: stepped.rate_rad_s.into(), attitude })
-    }
-
-    /// Readings of the last sample for an [`Estimator`](crate::estimator::Estimator): raw rate less the earth's,
-    /// calibrated force and field.
-    #[must_use]
-    pub const fn readings(&self) -> [Reading; 3] {
-        self.readings
+        Some((Output { t_us, rate_rad_s: stepped.rate_rad_s.into(), attitude }, stepped.readings))
     }
 
     /// Model that flies.
     #[must_use]
     pub const fn gyro_model(&self) -> &GyroModel {
-        &self.model
+        &self.config.gyro
     }
 
     /// Counters of the watch for magnets since the configuration.

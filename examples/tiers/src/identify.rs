@@ -39,9 +39,9 @@ impl Tier for Identify<'_> {
     }
 
     fn push(&mut self, sample: &Sample) -> Option<Output> {
-        let output = self.probe.push(sample)?;
+        let (output, readings) = self.probe.push_and_read(sample)?;
         let warming_k = None;
-        self.estimator.push(sample.t_us, self.probe.readings(), warming_k);
+        self.estimator.push(sample.t_us, readings, warming_k);
         if !self.closing && sample.t_us.saturating_sub(self.updated_us) >= UPDATE_US {
             self.updated_us = sample.t_us;
             self.estimator.close(false);
