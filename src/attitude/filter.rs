@@ -390,8 +390,10 @@ impl AttitudeFilter {
         if !self.started {
             return;
         }
-        let Self { state, heading, settings, .. } = self;
+        let Self { state, heading, settings, motion, .. } = self;
+        let before = state.bias_rad_s;
         self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, settings);
+        motion.slow_turn.model_changed(&(state.bias_rad_s - before), old.p == new.p);
         self.report.is_stale |= old.p != new.p;
     }
 

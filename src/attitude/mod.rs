@@ -13,6 +13,7 @@ mod motion;
 mod propagation;
 mod report;
 mod rest;
+mod rest_rate;
 mod sensor_errors;
 mod settings;
 mod shaking;

@@ -74,6 +74,8 @@ impl AttitudeProbe {
 
     /// The same; gives also what an [`Estimator`](crate::estimator::Estimator) takes: raw rate less the earth's,
     /// calibrated force and field.
+    // Not inlined: its stack frame would else lie under that of the estimator.
+    #[inline(never)]
     pub fn push_and_read(&mut self, sample: &Sample) -> Option<(Output, [Reading; 3])> {
         if !self.configured {
             return None;

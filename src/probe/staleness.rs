@@ -3,7 +3,7 @@
 /// Readings after which an axis is dead: repeats of a value while another axis changes and the probe turns (a live axis
 /// would change too), or exact zeros, which a dead axis reads. Repeats at rest do not count, because a good sensor's
 /// noise may be below its resolution.
-const DEAD_READINGS: u16 = 50;
+const DEAD_READINGS: u8 = 50;
 
 /// New readings in a row, none of which repeats itself, after which a sensor counts as one whose noise shows in every
 /// reading.
@@ -21,9 +21,9 @@ pub(super) struct Staleness {
     before: [u32; 3],
     pub same: u32,
     /// Consecutive zeros, and repeats while the probe turned, of each axis.
-    repeated: [u16; 3],
+    repeated: [u8; 3],
     /// The same, of repeats while the probe turned alone.
-    turned: [u16; 3],
+    turned: [u8; 3],
     /// New readings without a repeat, less those that ended repeats take back.
     fresh: u8,
 }
@@ -104,6 +104,8 @@ impl Staleness {
 mod tests {
     use super::*;
 
+    const DEAD: u16 = DEAD_READINGS as u16;
+
     /// Returns true if an axis counts as dead after `readings` at `x`, while the other axes change every `hold`
     /// readings.
     fn is_dead(x: f32, readings: u16, hold: u16, turning: bool) -> bool {
@@ -117,11 +119,11 @@ mod tests {
 
     #[test]
     fn an_axis_that_repeats_itself_is_dead_if_the_probe_turns_or_it_is_zero() {
-        assert!(is_dead(0.3, DEAD_READINGS + 1, 1, true) && !is_dead(0.3, DEAD_READINGS, 1, true));
+        assert!(is_dead(0.3, DEAD + 1, 1, true) && !is_dead(0.3, DEAD, 1, true));
         assert!(!is_dead(0.3, 1000, 1, false), "the noise of a good sensor at rest is below its resolution");
-        assert!(is_dead(0.0, DEAD_READINGS, 1, false) && is_dead(-0.0, DEAD_READINGS, 1, false));
+        assert!(is_dead(0.0, DEAD, 1, false) && is_dead(-0.0, DEAD, 1, false));
         // A sensor that is read more often than it converts is judged by its new readings only.
-        assert!(!is_dead(0.3, DEAD_READINGS, 5, true) && is_dead(0.3, 5 * DEAD_READINGS + 5, 5, true));
+        assert!(!is_dead(0.3, DEAD, 5, true) && is_dead(0.3, 5 * DEAD + 5, 5, true));
     }
 
     #[test]
@@ -158,7 +160,7 @@ mod tests {
     fn an_axis_of_zeros_is_dead_where_the_probe_turns_and_not_at_rest() {
         let is_dead = |turning| {
             let mut staleness = Staleness::zero();
-            for k in 0..=DEAD_READINGS {
+            for k in 0..=DEAD {
                 staleness.update([f32::from(k), 0.0, -f32::from(k)], turning);
             }
             staleness.has_dead_turning_axis()
