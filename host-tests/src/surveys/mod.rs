@@ -1,5 +1,6 @@
 //! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
 
+mod cells;
 mod chosen;
 mod column_names;
 pub mod files;
