@@ -12,6 +12,7 @@ pub mod reference;
 mod run_code;
 pub mod sag;
 pub mod settings;
+mod settings_file;
 pub mod simulated_run;
 pub mod stations_csv;
 pub mod surveyed;
