@@ -3,7 +3,9 @@
 use libm::remainder;
 use meerkat_mwd::survey::{
     AxialCorrection,
-    multi_station::{Decision, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference},
+    multi_station::{
+        Decision, LEAST_STATIONS, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference,
+    },
 };
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -24,6 +26,8 @@ use crate::failure::Failure;
 
 /// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
 const FALL_M: f64 = 0.01;
+/// Standard gravity, m/s^2.
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Result for a run.
 #[derive(Debug, Serialize)]
@@ -218,10 +222,11 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
     for (k, station) in read.iter().enumerate() {
         let md_m = station.md_m.ok_or_else(|| Failure::BadInput(format!("station {}: no depth", k + 1)))?;
         if directions.last().is_some_and(|last: &Direction| md_m < last.md_m - FALL_M) {
-            return Err(Failure::BadInput(format!("station {}: depth falls", k + 1)));
+            return Err(Failure::BadInput(format!("station {} at {md_m:.2} m: depth falls", k + 1)));
         }
-        let [inclination_rad, azimuth_rad] = measured_angles(&station.measured)
-            .ok_or_else(|| Failure::BadInput(format!("station {}: no usable gravity and field", k + 1)))?;
+        let [inclination_rad, azimuth_rad] = measured_angles(&station.measured).ok_or_else(|| {
+            Failure::BadInput(format!("station {} at {md_m:.2} m: {}", k + 1, unusable(&station.measured)))
+        })?;
         directions.push(Direction { md_m, inclination_rad, azimuth_rad });
     }
     let path = minimum_curvature(&directions, start(settings, directions.first()));
@@ -269,8 +274,25 @@ fn analysed(
             places.push(*place);
         }
     }
-    let wanted = settings.correction == Correction::MultiStation;
-    (wanted.then(|| all.analyse(&settings.errors, &settings.multi_station)).flatten(), places)
+    if settings.correction != Correction::MultiStation {
+        return (None, places);
+    }
+    let report = all.analyse(&settings.errors, &settings.multi_station);
+    // Angles without readings, and no word of a correction: nothing to analyse, and nothing asked for.
+    if report.is_none() && !six.is_empty() {
+        warnings.push(not_analysed(places.len()));
+    }
+    (report, places)
+}
+
+/// Why there is no multi-station analysis although one was asked for.
+fn not_analysed(usable: usize) -> String {
+    let why = if usable < LEAST_STATIONS {
+        format!("{usable} stations have gravity and field, and it needs {LEAST_STATIONS}")
+    } else {
+        "gravity and field are too far from the reference, or a stated error is 0".to_owned()
+    };
+    format!("no multi-station analysis, directions are as measured: {why}")
 }
 
 /// Position of the first station.
@@ -294,6 +316,21 @@ fn measured_angles(measured: &Measured) -> Option<[f64; 2]> {
 }
 
 /// Directions of a station; its place is left at zero.
+/// Why readings give no angles.
+fn unusable(measured: &Measured) -> String {
+    match measured {
+        Measured::SixAxis { force_m_s2, field_ut } => {
+            let [gravity, field] = [force_m_s2.norm(), field_ut.norm()];
+            let which = if gravity < 0.5 * STANDARD_GRAVITY_M_S2 { "gravity" } else { "field" };
+            format!(
+                "gravity of {gravity:.4} m/s^2 and a field of {field:.4} microtesla give no direction: check the unit and the values \
+                 of the {which} columns"
+            )
+        }
+        Measured::Angles { .. } => "no angles".to_owned(),
+    }
+}
+
 fn directed(
     pending: &Pending,
     settings: &RunSettings,
