@@ -84,6 +84,8 @@ pub struct SurveyedStation {
     pub reference_model: String,
     /// Day that the model was evaluated for.
     pub reference_date: String,
+    /// Convergence of the grid; `None` without one.
+    pub convergence_deg: Option<f64>,
     /// Mean force, m/s^2, and field, microtesla, tool axes; `None` if the file gave angles.
     pub readings: Option<[[f64; 3]; 2]>,
     /// Inclination and magnetic azimuth as measured.
@@ -168,7 +170,6 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         .map(|(k, pending)| {
             let place = places.iter().position(|&place| place == k);
             let doubted = report.as_ref().zip(place).is_some_and(|(report, place)| report.left_out >> place & 1 == 1);
-            let convergence_deg = convergence_deg.unwrap_or(0.0);
             directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
@@ -315,7 +316,6 @@ fn measured_angles(measured: &Measured) -> Option<[f64; 2]> {
     }
 }
 
-/// Directions of a station; its place is left at zero.
 /// Why readings give no angles.
 fn unusable(measured: &Measured) -> String {
     match measured {
@@ -331,12 +331,13 @@ fn unusable(measured: &Measured) -> String {
     }
 }
 
+/// Directions of a station; its place is left at zero.
 fn directed(
     pending: &Pending,
     settings: &RunSettings,
     provenance: &Provenance,
     report: Option<&MultiStationReport>,
-    convergence_deg: f64,
+    convergence_deg: Option<f64>,
     doubted: bool,
 ) -> SurveyedStation {
     let reference = pending.reference;
@@ -351,7 +352,7 @@ fn directed(
         f64::from(settings.errors.declination_rad_ut)
             / (reference.field_ut * libm::cos(reference.dip_deg.to_radians())),
     );
-    let azimuth_deg = azimuth.value.to_degrees() + reference.declination_deg - convergence_deg;
+    let azimuth_deg = azimuth.value.to_degrees() + reference.declination_deg - convergence_deg.unwrap_or(0.0);
     let readings = match pending.read.measured {
         Measured::SixAxis { force_m_s2, field_ut } => Some((force_m_s2, field_ut)),
         Measured::Angles { .. } => None,
@@ -361,6 +362,7 @@ fn directed(
         reference,
         reference_model: provenance.model.clone(),
         reference_date: provenance.date.clone(),
+        convergence_deg,
         readings: readings.map(|(force, field)| [force.into(), field.into()]),
         measured_deg: [measured[0].to_degrees(), turn(measured[1].to_degrees())],
         inclination_deg: inclination.value.to_degrees() + sag_deg,
