@@ -51,11 +51,19 @@ pub enum Failure {
     },
 }
 
+/// Why a file that is to be a text is none.
+pub const NOT_UTF8: &str = "it is no text in UTF-8, but binary or in another encoding";
+
 impl Failure {
     /// The failure to read `path`.
     #[must_use]
     pub fn unread(path: &Path, error: &std::io::Error) -> Self {
-        Self::Unread { path: path.to_owned(), why: error.to_string() }
+        let why = match error.kind() {
+            // The system's words, "stream did not contain valid UTF-8", say not what mends it.
+            std::io::ErrorKind::InvalidData => NOT_UTF8.to_owned(),
+            _ => error.to_string(),
+        };
+        Self::Unread { path: path.to_owned(), why }
     }
 
     /// The failure to write `path`.

@@ -42,7 +42,7 @@ def run(tmp_path_factory):
     """A run of 40 stations: its files, what a receiver of WITS got, and its JSON's stations."""
     folder = tmp_path_factory.mktemp("run")
     settings = RUN.with_suffix(".toml").read_text()
-    settings = settings.replace('well = "simulated run of 40 stations"', f"well = '{NAME}'")
+    settings = settings.replace('well = "simulated run of 40 stations"', f"well = '{NAME}'\ngrid = {{ utm_zone = 31 }}")
     assert NAME in settings
     (folder / "run.toml").write_text(settings + SAG)
     files = {name: folder / f"out.{name}" for name in ["csv", "plain", "witsml1", "witsml2", "las", "json"]}
@@ -80,6 +80,7 @@ def test_pandas_reads_the_tables(run):
     assert len(full) == 40
     assert np.allclose(full.azimuth_deg, column(stations, "azimuth_deg"), atol=1e-4)
     assert np.allclose(full[["north_m", "east_m", "tvd_m"]], column(stations, "position_m"), atol=1e-3)
+    assert np.allclose(full.convergence_deg, column(stations, "convergence_deg"), atol=1e-4)
     assert (full.reference_model == "simulated").all() and (full.reference_date == "2026-06-01").all()
     assert np.allclose(full.sag_deg, column(stations, "sag_deg"), atol=1e-4) and full.sag_deg.max() > 0.1
     plain = pd.read_csv(files["plain"])
@@ -108,7 +109,7 @@ def test_lasio_reads_the_log(run):
     assert log.curves.AZIM.unit == "DEG" and log.params.MODL.value == "simulated"
     assert "0.200 deg in a level hole" in log.params.SAGC.value
     for name, path in [("DEPT", ["md_m"]), ("INCL", ["inclination_deg"]), ("AZIM", ["azimuth_deg"]), ("SAG", ["sag_deg"]),
-                       ("TVD", ["position_m", 2]), ("NS", ["position_m", 0]), ("EMAJ", ["ellipse", 0])]:
+                       ("DECL", ["reference", "declination_deg"]), ("CONV", ["convergence_deg"]), ("TVD", ["position_m", 2]), ("NS", ["position_m", 0]), ("EMAJ", ["ellipse", 0])]:
         assert np.allclose(log[name], column(stations, *path), atol=1e-4), name
 
 
@@ -122,7 +123,9 @@ trajectory = document.trajectory[0]
 value = lambda element: float(element.value())
 print(json.dumps({"well": trajectory.nameWell, "stations": [
     [value(s.md), value(s.incl), value(s.azi), value(s.dispNs), value(s.dispEw), value(s.tvd), value(s.matrixCov.varianceNN),
-     s.magModelUsed, s.magModelValid, bool(s.sagCorUsed)] for s in trajectory.trajectoryStation]}, default=str))
+     value(s.corUsed.stnMagDeclUsed), value(s.corUsed.stnGridConUsed), value(s.corUsed.sagIncCor),
+     s.magModelUsed, s.magModelValid, bool(s.sagCorUsed)] for s in trajectory.trajectoryStation],
+    "first": [value(trajectory.magDeclUsed), value(trajectory.gridConUsed)]}, default=str))
 """
 WITSML_2 = """
 import json, sys
@@ -132,7 +135,9 @@ document.validateBinding()
 value = lambda element: float(element.value())
 print(json.dumps({"well": document.Wellbore.Title, "stations": [
     [value(s.Md), value(s.Incl), value(s.Azi), value(s.DispNs), value(s.DispEw), value(s.Tvd), value(s.MatrixCov.VarianceNN),
-     s.MagModelUsed, s.MagModelValid, bool(s.SagCorUsed)] for s in document.TrajectoryStation]}, default=str))
+     value(s.CorUsed.StnMagDeclUsed), value(s.CorUsed.StnGridConUsed), value(s.CorUsed.SagIncCor),
+     s.MagModelUsed, s.MagModelValid, bool(s.SagCorUsed)] for s in document.TrajectoryStation],
+    "first": [value(document.MagDeclUsed), value(document.GridConUsed)]}, default=str))
 """
 
 
@@ -146,9 +151,13 @@ def test_komle_validates_the_trajectory_against_its_schema(run, tmp_path, kind, 
     read = alone(script, files[kind])
     assert read["well"] == NAME and len(read["stations"]) == 40
     for theirs, ours in zip(read["stations"], stations):
-        expected = [ours["md_m"], ours["inclination_deg"], ours["azimuth_deg"], *ours["position_m"], ours["covariance_m2"][0][0]]
-        assert np.allclose(theirs[:7], expected, atol=1e-3)
-        assert theirs[7:] == ["simulated", "2026-06-01", True]
+        expected = [ours["md_m"], ours["inclination_deg"], ours["azimuth_deg"], *ours["position_m"], ours["covariance_m2"][0][0],
+                    ours["reference"]["declination_deg"], ours["convergence_deg"], ours["sag_deg"]]
+        assert np.allclose(theirs[:10], expected, atol=1e-3)
+        assert theirs[10:] == ["simulated", "2026-06-01", True]
+    # By what is in the file, a magnetic azimuth becomes that of the grid.
+    declination, convergence = read["first"]
+    assert abs(convergence) > 1 and abs(theirs[2] - (ours["magnetic_azimuth_deg"] + declination - convergence)) < 1e-3
     # The reader does look: a value of another version, or a wrong unit, is refused.
     text = files[kind].read_text()
     assert spoilt[0] in text

@@ -6,7 +6,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    failure::Failure,
+    failure::{Failure, NOT_UTF8},
     flight::Flight,
     simulate::ScenarioError,
     target::error::EmulateError,
@@ -49,6 +49,7 @@ fn after_failure(failure: &Failure, command: Option<&str>) -> Option<&'static st
         (Failure::Unread { .. }, Some("fleet")) => Some(
             "check the path; `cargo mwd batch RECORDINGS -o RESULTS.parquet` writes such a table, and two beside it",
         ),
+        (Failure::Unread { why, .. }, _) if why == NOT_UTF8 => Some("save it as plain text (CSV, TOML) in UTF-8"),
         (Failure::Unread { .. }, _) => Some("check the path, and that the file may be read"),
         (Failure::Port { .. }, _) => Some(
             "check the cable, the name (`ls /dev/tty*`) and that you may use it; without a probe, a captured file does in its place",

@@ -262,7 +262,7 @@ pub fn deliver(
     }
     if let Some(path) = &args.dynamics {
         let probe = started(config, stored_model(args)?.as_ref())?;
-        write_dynamics_csv(&dynamics(probe, trace)?, path)?;
+        write_dynamics_csv(&dynamics(probe, trace)?, config.survey.dynamics.shock_m_s2, path)?;
     }
     if let Some(path) = &args.burst {
         let probe = started(config, stored_model(args)?.as_ref())?;

@@ -85,7 +85,10 @@ pub struct SurveyArgs {
 /// An input cannot be used, or an output cannot be written.
 pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     let mut settings = match &args.run {
-        Some(path) => RunSettings::parse(&text_of(path)?).map_err(|error| named(path, &error))?,
+        Some(path) => {
+            let settings = RunSettings::parse(&text_of(path)?).map_err(|error| named(path, &error))?;
+            settings.of_folder(path.parent().unwrap_or(Path::new("")))
+        }
         None => RunSettings::default(),
     };
     if let Some(correction) = args.correction {

@@ -32,6 +32,11 @@ const HEIGHTS_M: [f64; 6] = [-1_000.0, 40_000.0, 80_000.0, 120_000.0, 160_000.0,
 /// # Errors
 /// A place or a day outside the model: 2020 to 2029, 12 km below the ellipsoid to 850 km above.
 pub fn field_at(latitude_deg: f64, longitude_deg: f64, height_m: f64, date: Date) -> Result<ReferenceField, Failure> {
+    if !(-90.0..=90.0).contains(&latitude_deg) || !longitude_deg.is_finite() {
+        return Err(Failure::BadInput(format!(
+            "reference field: latitude {latitude_deg}, longitude {longitude_deg}: must be from -90 to 90 degrees north, and degrees east"
+        )));
+    }
     let longitude_deg = within_half_a_turn(longitude_deg);
     if height_m >= LOWEST_M {
         return reference_field(latitude_deg, longitude_deg, height_m, date);
@@ -122,6 +127,13 @@ mod tests {
         assert!((0.09..0.14).contains(&deeper), "{deeper}");
         for height in [-12_001.0, f64::NAN] {
             assert!(field_at(60.0, 0.0, height, date).is_err());
+        }
+        for (latitude, longitude) in [(97.8, 2.0), (57.8, f64::NAN)] {
+            let told = field_at(latitude, longitude, 0.0, date).unwrap_err().to_string();
+            assert!(
+                told.contains(&format!("latitude {latitude}, longitude {longitude}: must be from -90 to 90")),
+                "{told}"
+            );
         }
     }
 }

@@ -5,25 +5,35 @@ use std::{
     path::Path,
 };
 
-use meerkat_mwd::survey::{BurstSample, DrillingDynamics, Rotation, WhirlKind};
+use meerkat_mwd::survey::{BurstSample, DrillingDynamics, Rotation, SHOCK_LEVELS, WhirlKind};
 
 use crate::{failure::Failure, trace::seconds};
 
 /// Standard gravity, m/s^2.
 const G: f32 = 9.806_65;
 
-const HEADER: &str = "t_start_s,t_end_s,axial_rms_g,axial_peak_g,axial_severity,lateral_rms_g,lateral_peak_g,lateral_severity,shocks,\
-                      shocks_over_2.5,shocks_over_5,shocks_over_10,clipped,min_rpm,mean_rpm,max_rpm,stick_slip_index,\
-                      stick_slip_severity,whirl,whirl_rpm,whirl_circularity";
+/// Columns before and after those of the higher levels of shocks.
+const COLUMNS: [&str; 2] = [
+    "t_start_s,t_end_s,axial_rms_g,axial_peak_g,axial_severity,lateral_rms_g,lateral_peak_g,lateral_severity,shocks",
+    "clipped,min_rpm,mean_rpm,max_rpm,stick_slip_index,stick_slip_severity,whirl,whirl_rpm,whirl_circularity",
+];
 
-/// Writes one row a window; empty cells where there is no number. Shocks over 2.5, 5 and 10 are those over so many
-/// times the configured level.
+/// Names of all columns, with the higher levels of shocks in g: `shocks_over_25_g` where a shock is one over 10 g.
+fn header(shock_m_s2: f32) -> String {
+    let over = SHOCK_LEVELS.map(|ratio| {
+        let tenths = libm::roundf(10.0 * ratio * shock_m_s2 / G);
+        format!("shocks_over_{}_g", tenths / 10.0)
+    });
+    [COLUMNS[0], &over.join(","), COLUMNS[1]].join(",")
+}
+
+/// Writes one row a window; empty cells where there is no number. `shock_m_s2` is the configured level of a shock.
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_dynamics_csv(windows: &[DrillingDynamics], path: &Path) -> Result<(), Failure> {
+pub fn write_dynamics_csv(windows: &[DrillingDynamics], shock_m_s2: f32, path: &Path) -> Result<(), Failure> {
     let rows: Vec<String> = windows.iter().map(row).collect();
-    let text = format!("{HEADER}\n{}", rows.concat());
+    let text = format!("{}\n{}", header(shock_m_s2), rows.concat());
     std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
 }
 
@@ -77,4 +87,16 @@ pub fn write_burst_csv(burst: &[BurstSample], path: &Path) -> Result<(), Failure
         let _ = writeln!(text, "{},{x},{y},{z},{axial_rate_rad_s}", seconds(*t_us));
     }
     std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_of_shocks_are_named_in_g() {
+        let columns = |shock_g: f32| header(shock_g * G).split(',').skip(8).take(5).collect::<Vec<_>>().join(" ");
+        assert_eq!(columns(10.0), "shocks shocks_over_25_g shocks_over_50_g shocks_over_100_g clipped");
+        assert_eq!(columns(4.6), "shocks shocks_over_11.5_g shocks_over_23_g shocks_over_46_g clipped");
+    }
 }

@@ -1,5 +1,6 @@
 //! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
 
+mod cells;
 mod chosen;
 mod column_names;
 pub mod files;
@@ -11,6 +12,7 @@ pub mod reference;
 mod run_code;
 pub mod sag;
 pub mod settings;
+mod settings_file;
 pub mod simulated_run;
 pub mod stations_csv;
 pub mod surveyed;

@@ -5,7 +5,11 @@ use std::fs;
 use serde::Serialize;
 use world_magnetic_model::time::Date;
 
-use super::settings::{ReferenceSettings, RunSettings, one_line};
+use super::{
+    cells,
+    settings::{ReferenceSettings, RunSettings, one_line},
+    settings_file::FIELDS_NT,
+};
 use crate::{
     earth::{
         coefficient_file::CoefficientFile,
@@ -162,10 +166,14 @@ impl Reference {
                 ([field.total_nt() * 1e-3, field.dip_deg(), field.declination_deg()], normal)
             }
             Source::Fixed { field, gravity_m_s2 } => (*field, gravity_m_s2.or(normal)),
-            Source::Table(rows) => (interpolated(rows, tvd_m)?, normal),
+            Source::Table(rows) => (interpolated(rows, tvd_m).map_err(|why| self.told(&why))?, normal),
         };
         let gravity_m_s2 = gravity.ok_or_else(|| missing("latitude_deg, for gravity"))?;
         Ok(ReferenceAt { gravity_m_s2, field_ut, dip_deg, declination_deg })
+    }
+
+    fn told(&self, why: &str) -> Failure {
+        Failure::BadInput(format!("reference table {}: {why}", self.provenance.model))
     }
 }
 
@@ -188,6 +196,8 @@ fn parsed(text: &str, field: &str) -> Result<Date, Failure> {
 
 fn place(settings: &RunSettings) -> Option<String> {
     let (latitude, longitude) = (settings.latitude_deg?, within_half_a_turn(settings.longitude_deg?));
+    // To a millionth of a degree, 0.1 m: no turns' remainders, as 2.1000000000000227.
+    let [latitude, longitude] = [latitude, longitude].map(|degrees| libm::round(1e6 * degrees) / 1e6);
     Some(format!("{latitude} N {longitude} E"))
 }
 
@@ -206,16 +216,19 @@ fn table(text: &str) -> Result<(Vec<[f64; 4]>, String, String), String> {
     let columns = [column("tvd_m")?, column("field_nt")?, column("dip_deg")?, column("declination_deg")?];
     let mut rows: Vec<[f64; 4]> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| error.to_string())?;
+        let record = record.map_err(|error| cells::unread(&error))?;
+        let line = cells::line(&record);
         let mut row = [0.0; 4];
         for (value, &column) in row.iter_mut().zip(&columns) {
-            let cell = record.get(column).unwrap_or_default();
-            *value =
-                cell.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| format!("{cell:?} is no number"))?;
+            *value = cells::number(&header, &record, column)?;
+        }
+        let [least, most] = FIELDS_NT;
+        if !(least..=most).contains(&row[1]) {
+            return Err(format!("line {line}: field_nt = {}: must be from {least} to {most} nanotesla", row[1]));
         }
         row[1] *= 1e-3;
         if rows.last().is_some_and(|last| row[0] <= last[0]) {
-            return Err(format!("tvd_m does not increase at {}", row[0]));
+            return Err(format!("line {line}: tvd_m does not increase: sort the rows by it, each depth once"));
         }
         rows.push(row);
     }
@@ -223,7 +236,7 @@ fn table(text: &str) -> Result<(Vec<[f64; 4]>, String, String), String> {
 }
 
 /// Field, dip and declination between a table's rows; a table of one row holds everywhere.
-fn interpolated(rows: &[[f64; 4]], tvd_m: f64) -> Result<[f64; 3], Failure> {
+fn interpolated(rows: &[[f64; 4]], tvd_m: f64) -> Result<[f64; 3], String> {
     if let [[_, field, dip, declination]] = rows {
         return Ok([*field, *dip, *declination]);
     }
@@ -235,7 +248,10 @@ fn interpolated(rows: &[[f64; 4]], tvd_m: f64) -> Result<[f64; 3], Failure> {
         _ => None,
     });
     inside.ok_or_else(|| {
-        Failure::BadInput(format!("reference table: no rows around {tvd_m:.1} m of true vertical depth"))
+        let [first, last] = [rows.first(), rows.last()].map(|row| row.map_or(0.0, |row| row[0]));
+        format!(
+            "reaches from {first:.1} to {last:.1} m of true vertical depth, and a station is at {tvd_m:.1} m: it needs a row beyond"
+        )
     })
 }
 

@@ -1,6 +1,9 @@
 //! What a run is: place, date, reference, grid, corrections. A TOML file.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use meerkat_mwd::{config::SurveyErrors, survey::multi_station::MultiStationSettings};
 use serde::{Deserialize, Serialize};
@@ -87,7 +90,7 @@ pub enum ReferenceSettings {
     /// A model of spherical harmonics at each station's depth, on the run's date, from a file of coefficients such as
     /// `WMMHR.COF`.
     Coefficients {
-        /// The file.
+        /// The file; a relative path counts from the folder of the settings' file.
         path: PathBuf,
     },
     /// Stated values, the same at every station.
@@ -108,7 +111,7 @@ pub enum ReferenceSettings {
     /// A table by true vertical depth, as in-field referencing gives: columns `tvd_m,field_nt,dip_deg,declination_deg`,
     /// lines `# name = ..` and `# date = YYYY-MM-DD` before them.
     File {
-        /// The table.
+        /// The table; a relative path counts from the folder of the settings' file.
         path: PathBuf,
     },
 }
@@ -136,15 +139,13 @@ impl RunSettings {
         })
     }
 
-    /// Reads the text of a settings file.
-    ///
-    /// # Errors
-    /// What cannot be used, and why.
-    pub fn parse(text: &str) -> Result<Self, Failure> {
-        let settings: Self =
-            toml::from_str(text).map_err(|error| Failure::BadInput(error.to_string().trim_end().replace('\n', " ")))?;
-        one_line("well", &settings.well)?;
-        Ok(settings)
+    /// The settings of a file in `folder`, from which paths in it count.
+    #[must_use]
+    pub fn of_folder(mut self, folder: &Path) -> Self {
+        if let ReferenceSettings::Coefficients { path } | ReferenceSettings::File { path } = &mut self.reference {
+            *path = folder.join(&*path);
+        }
+        self
     }
 }
 

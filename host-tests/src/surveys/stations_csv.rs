@@ -3,7 +3,10 @@
 
 use nalgebra::Vector3;
 
-use super::column_names::{Units, named};
+use super::{
+    cells::{line, number, unread},
+    column_names::{Units, named},
+};
 use crate::failure::Failure;
 
 /// Metres in a foot.
@@ -107,27 +110,35 @@ pub fn read(text: &str) -> Result<Vec<ReadStation>, Failure> {
 }
 
 fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter(text))
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .flexible(false)
-        .from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|error| error.to_string())?.clone();
+    let mut reader = table(text);
+    let header = reader.headers().map_err(|error| unread(&error))?.clone();
+    if header.iter().all(str::is_empty) {
+        return Err("is empty: it needs a line with the columns' names and a line for each station".to_owned());
+    }
     let columns = columns(&header, text)?;
     let mut stations: Vec<ReadStation> = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| error.to_string())?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let station = row(&columns, &record).map_err(|why| format!("line {line}: {why}"))?;
+        let record = record.map_err(|error| unread(&error))?;
+        let station = row(&columns, &header, &record)?;
         if let (Some(last), Some(md)) = (stations.last().and_then(|last| last.md_m), station.md_m)
             && md < last
         {
-            return Err(format!("line {line}: depth falls"));
+            return Err(format!(
+                "line {}: depth falls from {last:.2} to {md:.2} m: sort the rows by depth; another run of the tool goes into a file \
+                 of its own",
+                line(&record)
+            ));
         }
         stations.push(station);
     }
     if stations.is_empty() { Err("has no stations".to_owned()) } else { Ok(stations) }
+}
+
+/// A table's rows, whatever stands between its columns.
+fn table(text: &str) -> csv::Reader<&[u8]> {
+    let mut builder = csv::ReaderBuilder::new();
+    builder.delimiter(delimiter(text)).comment(Some(b'#')).trim(csv::Trim::All).flexible(false);
+    builder.from_reader(text.as_bytes())
 }
 
 /// What stands between the columns: the one of comma, semicolon and tab that the header has most of.
@@ -178,6 +189,9 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
         return Err("lacks a column md_m, md_ft or t_s".to_owned());
     }
     if !measured {
+        if let Some(part) = in_part(&header) {
+            return Err(part);
+        }
         return Err(
             "lacks gravity (gx_g, gx_mg, gx_m_s2, down; or ax_m_s2, up; likewise y and z) and field (bx_nt or \
                     bx_ut, likewise y and z), or inclination_deg and magnetic_azimuth_deg"
@@ -187,11 +201,37 @@ fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     Ok(columns)
 }
 
-fn row(columns: &Columns, record: &csv::StringRecord) -> Result<ReadStation, String> {
-    let number = |column: usize| {
-        let cell = record.get(column).unwrap_or_default();
-        cell.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| format!("{cell:?} is no number"))
-    };
+/// What is missing where some of what belongs together is there: an axis of three, gravity or field of the two, or the
+/// north of an azimuth.
+fn in_part(header: &[String]) -> Option<String> {
+    let has = |name: &str| header.iter().any(|column| column == name);
+    for (names, _) in FORCES.iter().chain(&FIELDS) {
+        let [there, absent]: [Vec<&str>; 2] =
+            [true, false].map(|is| names.iter().copied().filter(|n| has(n) == is).collect());
+        if !there.is_empty() && !absent.is_empty() {
+            return Some(format!("lacks {}, beside {}", absent.join(", "), there.join(", ")));
+        }
+    }
+    let whole = |(names, _): &([&'static str; 3], f64)| names.iter().all(|name| has(name)).then(|| names.join(", "));
+    let azimuth = header.iter().find(|column| column.starts_with("azi"));
+    if let (Some(azimuth), true) = (azimuth, has("inclination_deg")) {
+        return Some(format!(
+            "{azimuth} says not from which north: magnetic_azimuth_deg is from magnetic north, as a tool reads it"
+        ));
+    }
+    match (FORCES.iter().find_map(whole), FIELDS.iter().find_map(whole)) {
+        (Some(gravity), None) => {
+            Some(format!("lacks the field beside {gravity}: bx_nt, by_nt, bz_nt or bx_ut, by_ut, bz_ut"))
+        }
+        (None, Some(field)) => Some(format!(
+            "lacks gravity beside {field}: gx_g, gy_g, gz_g (or _mg, _m_s2), down, or ax_m_s2, ay_m_s2, az_m_s2, up"
+        )),
+        _ => None,
+    }
+}
+
+fn row(columns: &Columns, header: &csv::StringRecord, record: &csv::StringRecord) -> Result<ReadStation, String> {
+    let number = |column: usize| number(header, record, column);
     let three = |([x, y, z], factor): ([usize; 3], f64)| -> Result<Vector3<f64>, String> {
         Ok(columns.axes.turned([number(x)?, number(y)?, number(z)?]) * factor)
     };
@@ -220,19 +260,30 @@ impl DepthByTime {
     /// # Errors
     /// The first line or column that cannot be used, and why.
     pub fn read(text: &str, offset_m: f64, clock_s: f64) -> Result<Self, Failure> {
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let bad = |why: &str| Failure::BadInput(format!("depth file: {why}"));
-        let header = reader.headers().map_err(|error| bad(&error.to_string()))?.clone();
-        let find = |name: &str| header.iter().position(|column| column == name);
-        let (Some(time), Some(depth)) = (find("t_s"), find("md_m")) else { return Err(bad("lacks t_s or md_m")) };
+        Self::rows(text, offset_m, clock_s).map_err(|why| Failure::BadInput(format!("depth file: {why}")))
+    }
+
+    fn rows(text: &str, offset_m: f64, clock_s: f64) -> Result<Self, String> {
+        let mut reader = table(text);
+        let header = reader.headers().map_err(|error| unread(&error))?.clone();
+        let units = stated(text, "units").map(Units::parse).transpose()?;
+        let find = |name: &str| header.iter().position(|column| named(column, units.as_ref()) == name);
+        let depth = find("md_m").map(|k| (k, 1.0)).or_else(|| find("md_ft").map(|k| (k, FOOT_M)));
+        let (Some(time), Some((depth, metres))) = (find("t_s"), depth) else {
+            let has = header.iter().collect::<Vec<_>>().join(", ");
+            return Err(format!(
+                "lacks a column t_s, or md_m or md_ft: the first line must name them, and says {has:?}"
+            ));
+        };
         let mut points: Vec<[f64; 2]> = Vec::new();
         for record in reader.records() {
-            let record = record.map_err(|error| bad(&error.to_string()))?;
-            let number = |k: usize| record.get(k).and_then(|cell| cell.parse::<f64>().ok()).filter(|x| x.is_finite());
-            let (Some(t), Some(md)) = (number(time), number(depth)) else { return Err(bad("a cell is no number")) };
+            let record = record.map_err(|error| unread(&error))?;
+            let [t, md] = [number(&header, &record, time)?, metres * number(&header, &record, depth)?];
             if points.last().is_some_and(|[last, _]| t + clock_s <= *last) {
-                return Err(bad("time does not increase"));
+                return Err(format!(
+                    "line {}: time does not increase: sort the rows by t_s, each time once",
+                    line(&record)
+                ));
             }
             points.push([t + clock_s, md - offset_m]);
         }
@@ -302,16 +353,48 @@ mod tests {
     #[test]
     fn what_is_missing_or_no_number_is_told_with_its_line() {
         for (text, told) in [
-            ("md_m,gx_g,gy_g,gz_g\n1,2,3,4\n", "lacks gravity"),
+            ("md_m,gx_g,gy_g,gz_g\n1,2,3,4\n", "lacks the field beside gx_g, gy_g, gz_g: bx_nt"),
+            ("md_m,inclination_deg\n1,2\n", "lacks gravity (gx_g"),
             ("gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt\n", "lacks a column md_m"),
-            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n0.9,2,3\n", "line 3: depth falls"),
-            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,nan,3\n", "line 2: \"nan\" is no number"),
+            (
+                "md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n0.9,2,3\n",
+                "line 3: depth falls from 1.00 to 0.90 m: sort",
+            ),
+            (
+                "md_m,inclination_deg,magnetic_azimuth_deg\n1,nan,3\n",
+                "line 2: column inclination_deg: \"nan\" is no number: leave out",
+            ),
+            (
+                "md_m;Inc (deg);magnetic_azimuth_deg\n1;2,5;3\n",
+                "column Inc (deg): \"2,5\" is no number: write decimal points",
+            ),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,-999.25\n", "\"-999.25\" stands for no value"),
+            ("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n1,2\n", "line 3: has 2 cells, the header 3"),
+            ("", "is empty"),
+            ("md_m,gx_g,gy_g,gz_g,bx_nt,by_nt\n1,2,3,4,5,6\n", "lacks bz_nt, beside bx_nt, by_nt"),
+            ("MD (m),Inc (deg),Azi (deg)\n1,2,3\n", "azi_deg says not from which north: magnetic_azimuth_deg"),
+            ("md_m,bx_nt,by_nt,bz_nt\n1,2,3,4\n", "lacks gravity beside bx_nt, by_nt, bz_nt: gx_g"),
             ("md_m,inclination_deg,magnetic_azimuth_deg\n", "no stations"),
             ("# axes = y x z\nmd_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n", "right-handed"),
             ("MD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "md, gx, bx without a unit: a line \"# units = m g nT\""),
             ("# units = m g\nMD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "must be those of depth, gravity and field"),
         ] {
             let error = read(text).unwrap_err().to_string();
+            assert!(error.contains(told), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_depth_file_of_another_program_is_read_and_its_faults_are_told_with_their_lines() {
+        let depth = DepthByTime::read("Time (s);Depth (ft)\n0;1000\n100;1100\n", 0.0, 0.0).unwrap();
+        assert!((depth.at(50.0).unwrap() - 1_050.0 * FOOT_M).abs() < 1e-9);
+        for (text, told) in [
+            ("", "lacks a column t_s"),
+            ("time,depth\n1,2\n", "says \"time, depth\""),
+            ("t_s,md_m\n1,2\n1,3\n", "line 3: time does not increase"),
+            ("t_s,md_m\n1,NaN\n", "line 2: column md_m: \"NaN\" is no number"),
+        ] {
+            let error = DepthByTime::read(text, 0.0, 0.0).unwrap_err().to_string();
             assert!(error.contains(told), "{error}");
         }
     }

@@ -3,7 +3,9 @@
 use libm::remainder;
 use meerkat_mwd::survey::{
     AxialCorrection,
-    multi_station::{Decision, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference},
+    multi_station::{
+        Decision, LEAST_STATIONS, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference,
+    },
 };
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -24,6 +26,8 @@ use crate::failure::Failure;
 
 /// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
 const FALL_M: f64 = 0.01;
+/// Standard gravity, m/s^2.
+const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
 /// Result for a run.
 #[derive(Debug, Serialize)]
@@ -80,6 +84,8 @@ pub struct SurveyedStation {
     pub reference_model: String,
     /// Day that the model was evaluated for.
     pub reference_date: String,
+    /// Convergence of the grid; `None` without one.
+    pub convergence_deg: Option<f64>,
     /// Mean force, m/s^2, and field, microtesla, tool axes; `None` if the file gave angles.
     pub readings: Option<[[f64; 3]; 2]>,
     /// Inclination and magnetic azimuth as measured.
@@ -164,7 +170,6 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         .map(|(k, pending)| {
             let place = places.iter().position(|&place| place == k);
             let doubted = report.as_ref().zip(place).is_some_and(|(report, place)| report.left_out >> place & 1 == 1);
-            let convergence_deg = convergence_deg.unwrap_or(0.0);
             directed(pending, settings, reference.provenance(), report.as_ref(), convergence_deg, doubted)
         })
         .collect();
@@ -218,10 +223,11 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
     for (k, station) in read.iter().enumerate() {
         let md_m = station.md_m.ok_or_else(|| Failure::BadInput(format!("station {}: no depth", k + 1)))?;
         if directions.last().is_some_and(|last: &Direction| md_m < last.md_m - FALL_M) {
-            return Err(Failure::BadInput(format!("station {}: depth falls", k + 1)));
+            return Err(Failure::BadInput(format!("station {} at {md_m:.2} m: depth falls", k + 1)));
         }
-        let [inclination_rad, azimuth_rad] = measured_angles(&station.measured)
-            .ok_or_else(|| Failure::BadInput(format!("station {}: no usable gravity and field", k + 1)))?;
+        let [inclination_rad, azimuth_rad] = measured_angles(&station.measured).ok_or_else(|| {
+            Failure::BadInput(format!("station {} at {md_m:.2} m: {}", k + 1, unusable(&station.measured)))
+        })?;
         directions.push(Direction { md_m, inclination_rad, azimuth_rad });
     }
     let path = minimum_curvature(&directions, start(settings, directions.first()));
@@ -269,8 +275,25 @@ fn analysed(
             places.push(*place);
         }
     }
-    let wanted = settings.correction == Correction::MultiStation;
-    (wanted.then(|| all.analyse(&settings.errors, &settings.multi_station)).flatten(), places)
+    if settings.correction != Correction::MultiStation {
+        return (None, places);
+    }
+    let report = all.analyse(&settings.errors, &settings.multi_station);
+    // Angles without readings, and no word of a correction: nothing to analyse, and nothing asked for.
+    if report.is_none() && !six.is_empty() {
+        warnings.push(not_analysed(places.len()));
+    }
+    (report, places)
+}
+
+/// Why there is no multi-station analysis although one was asked for.
+fn not_analysed(usable: usize) -> String {
+    let why = if usable < LEAST_STATIONS {
+        format!("{usable} stations have gravity and field, and it needs {LEAST_STATIONS}")
+    } else {
+        "gravity and field are too far from the reference, or a stated error is 0".to_owned()
+    };
+    format!("no multi-station analysis, directions are as measured: {why}")
 }
 
 /// Position of the first station.
@@ -293,13 +316,28 @@ fn measured_angles(measured: &Measured) -> Option<[f64; 2]> {
     }
 }
 
+/// Why readings give no angles.
+fn unusable(measured: &Measured) -> String {
+    match measured {
+        Measured::SixAxis { force_m_s2, field_ut } => {
+            let [gravity, field] = [force_m_s2.norm(), field_ut.norm()];
+            let which = if gravity < 0.5 * STANDARD_GRAVITY_M_S2 { "gravity" } else { "field" };
+            format!(
+                "gravity of {gravity:.4} m/s^2 and a field of {field:.4} microtesla give no direction: check the unit and the values \
+                 of the {which} columns"
+            )
+        }
+        Measured::Angles { .. } => "no angles".to_owned(),
+    }
+}
+
 /// Directions of a station; its place is left at zero.
 fn directed(
     pending: &Pending,
     settings: &RunSettings,
     provenance: &Provenance,
     report: Option<&MultiStationReport>,
-    convergence_deg: f64,
+    convergence_deg: Option<f64>,
     doubted: bool,
 ) -> SurveyedStation {
     let reference = pending.reference;
@@ -314,7 +352,7 @@ fn directed(
         f64::from(settings.errors.declination_rad_ut)
             / (reference.field_ut * libm::cos(reference.dip_deg.to_radians())),
     );
-    let azimuth_deg = azimuth.value.to_degrees() + reference.declination_deg - convergence_deg;
+    let azimuth_deg = azimuth.value.to_degrees() + reference.declination_deg - convergence_deg.unwrap_or(0.0);
     let readings = match pending.read.measured {
         Measured::SixAxis { force_m_s2, field_ut } => Some((force_m_s2, field_ut)),
         Measured::Angles { .. } => None,
@@ -324,6 +362,7 @@ fn directed(
         reference,
         reference_model: provenance.model.clone(),
         reference_date: provenance.date.clone(),
+        convergence_deg,
         readings: readings.map(|(force, field)| [force.into(), field.into()]),
         measured_deg: [measured[0].to_degrees(), turn(measured[1].to_degrees())],
         inclination_deg: inclination.value.to_degrees() + sag_deg,

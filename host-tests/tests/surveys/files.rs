@@ -103,22 +103,32 @@ fn every_station_says_what_its_reference_is() {
     let header = table.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|column| column == name).unwrap();
     let (model, date) = (column("reference_model"), column("reference_date"));
+    let north = [column("declination_deg"), column("convergence_deg")];
+    let convergence = format!("{:.4}", run.convergence_deg.unwrap());
     let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
     assert!(rows.len() == 40 && rows.iter().all(|row| &row[model] == "simulated" && &row[date] == "2026-06-01"));
+    assert!(rows.iter().all(|row| north.map(|k| &row[k]) == ["-1.5000", convergence.as_str()]), "{full}");
     let json: serde_json::Value = serde_json::from_str(&files::json(&run).unwrap()).unwrap();
     for station in json["stations"].as_array().unwrap() {
         assert_eq!(
             (&station["reference_model"], &station["reference_date"]),
             (&"simulated".into(), &"2026-06-01".into())
         );
+        assert_eq!(station["convergence_deg"].as_f64(), run.convergence_deg);
     }
     for text in [files::witsml1::witsml(&run), files::witsml2::witsml(&run)] {
         let small = text.to_lowercase();
         assert_eq!(small.matches("<magmodelused>simulated</magmodelused>").count(), 40);
         assert_eq!(small.matches("<magmodelvalid>2026-06-01</magmodelvalid>").count(), 40);
+        assert_eq!(small.matches("<stnmagdeclused uom=\"dega\">-1.5000</stnmagdeclused>").count(), 40);
+        // The angle from true to grid north; `gridCorUsed` is another name for it that both schemas gave up.
+        for (element, count) in [("stngridconused", 40), ("gridconused", 1)] {
+            assert_eq!(small.matches(&format!("<{element} uom=\"dega\">{convergence}<")).count(), count, "{element}");
+        }
     }
     let las = files::las::las(&run);
     assert!(las.contains(" MODL. simulated :") && las.contains("2026-06-01"));
+    assert!(las.contains(&format!(" {:>11} {:>11}\n", "-1.5000", convergence)), "{las}");
 }
 
 /// A name that no file could hold is refused where it is read.
@@ -133,7 +143,7 @@ fn a_name_with_a_line_break_is_refused() {
 
 /// Elements of a station in WITSML 1.4.1.1, in the order that its schema demands (`grp_trajectoryStation`, as open
 /// programs for that version list it), down to what is written here.
-const STATION_1_4_1_1: [&str; 57] = [
+const STATION_1_4_1_1: [&str; 60] = [
     "target",
     "dTimStn",
     "typeTrajStation",
@@ -183,6 +193,9 @@ const STATION_1_4_1_1: [&str; 57] = [
     "magTran1Raw",
     "magTran2Raw",
     "corUsed",
+    "sagIncCor",
+    "stnMagDeclUsed",
+    "stnGridConUsed",
     "valid",
     "magTotalFieldCalc",
     "magDipAngleCalc",

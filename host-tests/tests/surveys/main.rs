@@ -8,6 +8,7 @@ mod files;
 mod forty_stations;
 mod independent_analysis;
 mod published_examples;
+mod refused;
 mod sag;
 mod standard_wells;
 mod traces;

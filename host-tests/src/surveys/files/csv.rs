@@ -19,7 +19,7 @@ pub fn plain(run: &SurveyedRun) -> String {
 /// A column of the full table: name and cell, which is empty where there is no number.
 type Column = (&'static str, fn(&SurveyedStation) -> String);
 
-const COLUMNS: [Column; 34] = [
+const COLUMNS: [Column; 35] = [
     ("md_m", |s| format!("{:.3}", s.md_m)),
     ("inclination_deg", |s| format!("{:.4}", s.inclination_deg)),
     ("sigma_inclination_deg", |s| cell(s.sigma_inclination_deg, 4)),
@@ -45,6 +45,7 @@ const COLUMNS: [Column; 34] = [
     ("reference_field_ut", |s| format!("{:.4}", s.reference.field_ut)),
     ("reference_dip_deg", |s| format!("{:.4}", s.reference.dip_deg)),
     ("declination_deg", |s| format!("{:.4}", s.reference.declination_deg)),
+    ("convergence_deg", |s| cell(s.convergence_deg, 4)),
     ("north_m", |s| format!("{:.3}", s.position_m[0])),
     ("east_m", |s| format!("{:.3}", s.position_m[1])),
     ("tvd_m", |s| format!("{:.3}", s.position_m[2])),

@@ -9,7 +9,7 @@ const NULL: f64 = -999.25;
 /// Curves: mnemonic, unit, description, value.
 type Curve = (&'static str, &'static str, &'static str, fn(&SurveyedStation) -> f64);
 
-const CURVES: [Curve; 15] = [
+const CURVES: [Curve; 17] = [
     ("DEPT", "M", "Measured depth", |s| s.md_m),
     ("INCL", "DEG", "Inclination", |s| s.inclination_deg),
     ("AZIM", "DEG", "Azimuth from the north of positions", |s| s.azimuth_deg),
@@ -25,6 +25,8 @@ const CURVES: [Curve; 15] = [
     ("DLS", "DEG/30M", "Dogleg severity", |s| s.dogleg_deg_30m),
     ("EMAJ", "M", "Larger half axis of the horizontal ellipse, 1 sigma", |s| s.ellipse[0]),
     ("EMIN", "M", "Smaller half axis of the horizontal ellipse, 1 sigma", |s| s.ellipse[1]),
+    ("DECL", "DEG", "Declination that AZIM has", |s| s.reference.declination_deg),
+    ("CONV", "DEG", "Convergence of the grid that AZIM has", |s| s.convergence_deg.unwrap_or(0.0)),
 ];
 
 /// The run as a LAS file. Stations are at uneven depths: STEP is 0.

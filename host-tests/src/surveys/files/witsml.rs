@@ -87,12 +87,13 @@ impl Document {
     }
 }
 
-/// Depths and declination of the whole run.
+/// Depths of the whole run, and declination and convergence of its first station.
 pub(super) fn ends(out: &mut Document, run: &SurveyedRun) {
     if let (Some(first), Some(last)) = (run.stations.first(), run.stations.last()) {
         out.depth("mdMn", first.md_m);
         out.depth("mdMx", last.md_m);
-        out.number("magDeclUsed", "dega", last.reference.declination_deg, 4);
+        out.number("magDeclUsed", "dega", first.reference.declination_deg, 4);
+        out.number("gridConUsed", "dega", first.convergence_deg.unwrap_or(0.0), 4);
     }
 }
 
@@ -139,6 +140,7 @@ fn station(out: &mut Document, run: &SurveyedRun, s: &SurveyedStation) {
     out.word("statusTrajStation", if s.doubted { "rejected" } else { "open" });
     if out.version == Version::V1 {
         readings(out, s);
+        north_corrections(out, s);
     }
     if let Some([gravity, field, dip]) = s.off_reference {
         out.group("valid", &[], |out| {
@@ -150,7 +152,17 @@ fn station(out: &mut Document, run: &SurveyedRun, s: &SurveyedStation) {
     out.group("matrixCov", &[], |out| covariance(out, s));
     if out.version == Version::V2 {
         readings(out, s);
+        north_corrections(out, s);
     }
+}
+
+/// Sag, declination and convergence that the angles have.
+fn north_corrections(out: &mut Document, s: &SurveyedStation) {
+    out.group("corUsed", &[], |out| {
+        out.number("sagIncCor", "dega", s.sag_deg, 4);
+        out.number("stnMagDeclUsed", "dega", s.reference.declination_deg, 4);
+        out.number("stnGridConUsed", "dega", s.convergence_deg.unwrap_or(0.0), 4);
+    });
 }
 
 fn readings(out: &mut Document, s: &SurveyedStation) {

@@ -15,7 +15,6 @@ pub fn witsml(run: &SurveyedRun) -> String {
             out.word("nameWellbore", &short(&run.well));
             out.word("name", "MWD surveys");
             ends(out, run);
-            out.number("gridCorUsed", "dega", run.convergence_deg.unwrap_or(0.0), 4);
             stations(out, run);
         });
     });

@@ -24,7 +24,6 @@ pub fn witsml(run: &SurveyedRun) -> String {
         });
         out.word("growingStatus", "closed");
         ends(out, run);
-        out.number("gridConUsed", "dega", run.convergence_deg.unwrap_or(0.0), 4);
         stations(out, run);
         out.within("Wellbore", &[], |out| {
             out.plain("eml:ContentType", &[], "application/x-witsml+xml;version=2.0;type=Wellbore");

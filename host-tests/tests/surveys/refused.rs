@@ -1,0 +1,74 @@
+//! What a run's files lack or hold wrongly is told with the file, the place in it, and what mends it.
+
+use std::{fs, process::Command};
+
+use tempfile::TempDir;
+
+const RUN: &str = "latitude_deg = 57.8\nlongitude_deg = 362.1\ndate = \"2026-08-08\"\nstart_m = [0.0, 0.0, 600.0]\n";
+const TABLE: &str = "# name = IFR-1\n# date = 2026-08-01\ntvd_m,field_nt,dip_deg,declination_deg\n0,50790,71.29,1.56\n\
+                     800,50850,71.30,1.57\n";
+const HEADER: &str = "md_m,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt";
+/// Two stations, of 2 and 4 deg.
+const ROWS: [&str; 2] = [
+    "600,-0.015061,0.030999,1.000791,-4401.5,-14399.7,49028.2",
+    "629,-0.013735,-0.074362,0.998639,11600.3,7067.4,49426.8",
+];
+
+/// What the program prints on its way, and whether it succeeds.
+fn said(run: &str, stations: &[u8]) -> (bool, String) {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("run.toml"), run).unwrap();
+    fs::write(path("ifr.csv"), TABLE).unwrap();
+    fs::write(path("stations.csv"), stations).unwrap();
+    let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
+    let output = mwd.arg("survey").arg(path("stations.csv")).arg("--run").arg(path("run.toml")).output().unwrap();
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.success(), String::from_utf8(text).unwrap())
+}
+
+fn csv(header: &str, rows: &[&str]) -> Vec<u8> {
+    [&[header], rows].concat().join("\n").into_bytes()
+}
+
+#[test]
+fn a_table_counts_from_the_folder_of_the_settings_and_says_how_far_it_reaches() {
+    let with_table = format!("{RUN}[reference]\nmodel = \"file\"\npath = \"ifr.csv\"\n");
+    let (done, text) = said(&with_table, &csv(HEADER, &ROWS));
+    assert!(done && text.contains("reference: IFR-1 of 2026-08-01 57.8 N 2.1 E"), "{text}");
+    let below = with_table.replace("600.0", "790.0");
+    let (done, text) = said(&below, &csv(HEADER, &ROWS));
+    assert!(!done && text.contains("reference table IFR-1: reaches from 0.0 to 800.0 m"), "{text}");
+    let (done, text) = said(&with_table.replace("ifr", "none"), &csv(HEADER, &ROWS));
+    assert!(!done && text.contains("none.csv: cannot be read"), "{text}");
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_by_their_file() {
+    let (done, text) = said(&format!("{RUN}grid = {{ utm_zone = 91 }}\n"), &csv(HEADER, &ROWS));
+    assert!(!done && text.contains("run.toml: grid.utm_zone = 91: must be from 1 to 60"), "{text}");
+}
+
+#[test]
+fn stations_that_cannot_be_used_are_told_with_what_mends_them() {
+    let units = HEADER.replace("_g", "_mg");
+    let (done, text) = said(RUN, &csv(&units, &ROWS));
+    assert!(!done && text.contains("station 1 at 600.00 m: gravity of 0.0098 m/s^2"), "{text}");
+    assert!(text.contains("check the unit and the values of the gravity columns"), "{text}");
+    let (done, text) = said(RUN, b"\xff\xfem\0d\0");
+    assert!(!done && text.contains("it is no text in UTF-8") && text.contains("next: save it as plain text"), "{text}");
+}
+
+#[test]
+fn an_analysis_that_is_asked_for_and_not_made_is_told() {
+    let (done, text) = said(RUN, &csv(HEADER, &ROWS));
+    assert!(
+        done && text.contains("no multi-station analysis") && text.contains("2 stations have gravity and field"),
+        "{text}"
+    );
+    let (done, text) = said(&format!("{RUN}correction = \"none\"\n"), &csv(HEADER, &ROWS));
+    assert!(done && !text.contains("no multi-station analysis"), "{text}");
+    let angles = csv("md_m,inclination_deg,magnetic_azimuth_deg", &["600,2,40", "629,4,40"]);
+    let (done, text) = said(RUN, &angles);
+    assert!(done && !text.contains("no multi-station analysis"), "{text}");
+}
