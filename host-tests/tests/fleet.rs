@@ -35,7 +35,7 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     trace.keys.serial = Some("MWD 7 <a>".to_owned());
     trace.keys.date = NaiveDate::from_ymd_opt(2026, 3, 31);
     trace.write(&at("good.csv")).unwrap();
-    fs::write(at("bad.csv"), "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n").unwrap();
+    fs::write(at("bad.csv"), "# serial = 12\nt_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n").unwrap();
     let (results, html, reports) = (at("all.parquet"), at("fleet.html"), at("their reports"));
     let output =
         mwd(&["batch", text(folder.path()), "-o", text(&results), "--html", text(&html), "--html-dir", text(&reports)]);
@@ -43,13 +43,14 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     // What could not be flown is named at once, not only in the table.
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("not flown") && said.contains("bad.csv: line 3") && said.contains("is not a number"),
+        said.contains("not flown") && said.contains("bad.csv: line 4") && said.contains("is not a number"),
         "{said}"
     );
     let read = read(&[&results]).unwrap();
     let [bad, good] = &read[..] else { panic!("{read:?}") };
     assert_eq!((bad.standing, bad.name(), bad.windows.len()), (Standing::NotFlown, "bad", 0));
     assert!(bad.error.as_ref().unwrap().contains("is not a number"), "{bad:?}");
+    assert_eq!(bad.serial.as_deref(), Some("12"), "a damaged recording is still of its probe");
     assert_eq!((good.serial.as_deref(), good.date), (Some("MWD 7 <a>"), trace.keys.date));
     assert!(!good.windows.is_empty() && good.windows.iter().all(|window| window.fit.is_some()), "{good:?}");
     assert_eq!(good.last.is_some(), good.accepted() > 0);

@@ -109,6 +109,7 @@ fn pages_of_a_calibration_and_of_a_run_of_surveys_are_legible() {
         assert!(output.status.success(), "{output:?}");
         let text = fs::read_to_string(&page).unwrap();
         assert!(unbalanced(&text).is_empty() && is_whole(&text), "{command}: {:?}", unbalanced(&text));
+        assert_eq!(text.contains("<h3>Error of the size, m/s²</h3>"), command == "calibrate");
         // Of every station what is off the place's, and where the limits are.
         assert_eq!(text.contains("are off</td>") && text.contains("limits, ± 0.250 deg"), command == "survey");
         assert!(text.matches("SHA-256 of the ").count() > 1, "{command}");
