@@ -35,23 +35,38 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     trace.keys.serial = Some("MWD 7 <a>".to_owned());
     trace.keys.date = NaiveDate::from_ymd_opt(2026, 3, 31);
     trace.write(&at("good.csv")).unwrap();
-    fs::write(at("bad.csv"), "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n").unwrap();
-    let (results, html) = (at("all.parquet"), at("fleet.html"));
-    let output = mwd(&["batch", text(folder.path()), "-o", text(&results), "--html", text(&html)]);
+    fs::write(at("bad.csv"), "# serial = 12\nt_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n0.01,0,oops,0,0,0,9.8\n").unwrap();
+    let (results, html, reports) = (at("all.parquet"), at("fleet.html"), at("their reports"));
+    let output =
+        mwd(&["batch", text(folder.path()), "-o", text(&results), "--html", text(&html), "--html-dir", text(&reports)]);
     assert!(output.status.success(), "{output:?}");
+    // What could not be flown is named at once, not only in the table.
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        said.contains("not flown") && said.contains("bad.csv: line 4") && said.contains("is not a number"),
+        "{said}"
+    );
     let read = read(&[&results]).unwrap();
     let [bad, good] = &read[..] else { panic!("{read:?}") };
     assert_eq!((bad.standing, bad.name(), bad.windows.len()), (Standing::NotFlown, "bad", 0));
     assert!(bad.error.as_ref().unwrap().contains("is not a number"), "{bad:?}");
+    assert_eq!(bad.serial.as_deref(), Some("12"), "a damaged recording is still of its probe");
     assert_eq!((good.serial.as_deref(), good.date), (Some("MWD 7 <a>"), trace.keys.date));
     assert!(!good.windows.is_empty() && good.windows.iter().all(|window| window.fit.is_some()), "{good:?}");
     assert_eq!(good.last.is_some(), good.accepted() > 0);
     let of_batch = fs::read_to_string(&html).unwrap();
-    assert!(of_batch.contains("MWD 7 &lt;a&gt;") && unbalanced(&of_batch).is_empty() && is_whole(&of_batch));
+    // But for the ways to the reports the page is whole.
+    let alone = of_batch.replace("href=\"their%20reports/", "href=\"#");
+    assert!(of_batch.contains("MWD 7 &lt;a&gt;") && unbalanced(&of_batch).is_empty() && is_whole(&alone));
 
     assert!(of_batch.contains("SHA-256 of the table"));
+    // A row leads to its own report; that of a recording that was not flown leads nowhere.
+    let links: Vec<&str> = of_batch.split("<a href=\"their%20reports/").skip(1).collect();
+    assert_eq!(links.len(), 1, "{of_batch}");
+    let name = links[0].split('"').next().unwrap();
+    assert!(name.starts_with("good.csv.") && reports.join(name).is_file(), "{name}");
 
-    let output = mwd(&["fleet", text(&results), "--html", text(&html)]);
+    let output = mwd(&["fleet", text(&results), "--html", text(&html), "--html-dir", text(&reports)]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
         output.status.success() && said.starts_with("1 of 2 recordings should be looked at: 1 could not"),
@@ -82,6 +97,7 @@ fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standi
     Recording {
         path: format!("field/{name}.csv.gz"),
         hash: String::new(),
+        report: None,
         serial: Some(serial.to_owned()),
         date: NaiveDate::from_ymd_opt(2026, 1, 5).map(|date| date + Days::new(days)),
         standing,

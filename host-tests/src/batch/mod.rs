@@ -127,8 +127,10 @@ fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Ke
 fn flown_or_refused(path: &Path, options: &Options, beside: &Beside) -> (Part, bool) {
     match catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, beside))) {
         Ok(Ok(part)) => (part, true),
-        Ok(Err(error)) => (Part::refused(without_path(&error.to_string(), path)), is_of_the_input(&error)),
-        Err(_) => (Part::refused("a defect of this program: it panicked".into()), true),
+        Ok(Err(error)) => {
+            (Part::refused(without_path(&error.to_string(), path)).of_probe(path), is_of_the_input(&error))
+        }
+        Err(_) => (Part::refused("a defect of this program: it panicked".into()).of_probe(path), true),
     }
 }
 

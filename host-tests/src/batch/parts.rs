@@ -8,10 +8,10 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
 use super::key::Key;
-use crate::failure::Failure;
+use crate::{failure::Failure, trace::Trace};
 
 /// Ending of the folder.
 pub const ENDING: &str = ".parts";
@@ -32,6 +32,16 @@ impl Part {
     #[must_use]
     pub fn refused(why: String) -> Self {
         Self { error: Some(why), ..Self::default() }
+    }
+
+    /// With the probe and the day of the recording, where its header has them: a damaged one is still of its probe.
+    #[must_use]
+    pub fn of_probe(self, path: &Path) -> Self {
+        let keys = Trace::header(path).unwrap_or_default();
+        let known = [("serial", keys.serial), ("date", keys.date.map(|date| date.to_string()))];
+        let trace: Map<String, Value> =
+            known.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?.into()))).collect();
+        Self { result: if trace.is_empty() { Value::Null } else { json!({ "trace": trace }) }, ..self }
     }
 
     /// Length of the recording, seconds; zero if it was refused.

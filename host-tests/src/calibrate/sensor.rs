@@ -79,6 +79,13 @@ impl SensorCalibration {
         Some((with(self.record)?, with(self.fit.model)?))
     }
 
+    /// Error of the norm of every reading, in the sensor's unit: with the old values, and with those that go on record.
+    #[must_use]
+    pub fn errors(&self) -> [Vec<f64>; 2] {
+        [self.record, self.model()]
+            .map(|model| self.observations.iter().map(|observation| norm_error(&model, observation)).collect())
+    }
+
     /// Number of readings that the others contradict.
     #[must_use]
     pub fn left_out(&self) -> usize {

@@ -97,11 +97,18 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
             tally.flown_s / seconds
         )?;
     }
+    let tables = std::slice::from_ref(&args.output);
+    if tally.bad > 0 {
+        fleet::list(&mut out, read(tables)?.iter().filter(|recording| recording.error.is_some()))?;
+    }
     writeln!(out, "{}, and beside it .windows.parquet and .stations.parquet", args.output.display())?;
     match &args.html {
         Some(page) => {
-            let tables = std::slice::from_ref(&args.output);
-            fleet::write(&read(tables)?, tables, page)?;
+            let mut recordings = read(tables)?;
+            if let Some(folder) = &args.html_dir {
+                fleet::link(&mut recordings, folder, page);
+            }
+            fleet::write(&recordings, tables, page)?;
             writeln!(out, "Next: open {} in a browser.", page.display())?;
         }
         None => {

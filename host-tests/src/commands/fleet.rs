@@ -1,7 +1,7 @@
 //! `mwd fleet`: the recordings of one or more batches beside each other, as a page.
 
 use std::{
-    io::Write,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::same_file::same_file;
 use crate::{
+    batch::Key,
     failure::Failure,
     fleet::{Recording, drift::probes, read},
     report::html::{fleet, write_page},
@@ -26,6 +27,9 @@ pub struct FleetArgs {
     /// Where to write the page
     #[arg(long, value_name = "OUT.html", default_value = "mwd-fleet.html")]
     pub html: PathBuf,
+    /// Folder with the recordings' reports, as `batch --html-dir` wrote them: each row leads to its own
+    #[arg(long, value_name = "DIR")]
+    pub html_dir: Option<PathBuf>,
 }
 
 /// Writes the page and prints the worst.
@@ -36,14 +40,14 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
     if args.tables.iter().any(|table| same_file(table, &args.html)) {
         return Err(Failure::BadInput(format!("{}: the page would overwrite a table", args.html.display())).into());
     }
-    let recordings = read(&args.tables)?;
+    let mut recordings = read(&args.tables)?;
+    if let Some(folder) = &args.html_dir {
+        link(&mut recordings, folder, &args.html);
+    }
     write(&recordings, &args.tables, &args.html)?;
     let mut out = anstream::stdout().lock();
     writeln!(out, "{}", fleet::verdict(&recordings).1)?;
-    for recording in recordings.iter().filter(|recording| !recording.standing.is_sound()).take(LISTED) {
-        let why = recording.error.as_ref().map_or_else(String::new, |why| format!(": {why}"));
-        writeln!(out, "  {} {}{why}", recording.standing.words(), recording.path)?;
-    }
+    list(&mut out, recordings.iter().filter(|recording| !recording.standing.is_sound()))?;
     let drifting = probes(&recordings);
     let moving = drifting.iter().filter(|probe| probe.moves(drifting.len()).is_some()).count();
     if !drifting.is_empty() {
@@ -57,10 +61,67 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Lists the first of some recordings, with how they stand and why.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn list<'a>(out: &mut impl Write, recordings: impl Iterator<Item = &'a Recording>) -> io::Result<()> {
+    for recording in recordings.take(LISTED) {
+        let why = recording.error.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+        writeln!(out, "  {} {}{why}", recording.standing.words(), recording.path)?;
+    }
+    Ok(())
+}
+
+/// Gives each recording that has a report in `folder` the way to it from the page.
+pub fn link(recordings: &mut [Recording], folder: &Path, page: &Path) {
+    let full = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let beside = page.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (folder, beside) = (full(folder), full(beside));
+    for recording in recordings.iter_mut().filter(|recording| recording.hash.len() >= 8) {
+        let name = Key::told(recording.hash.clone()).file(Path::new(&recording.path), "html");
+        recording.report = folder.join(&name).is_file().then(|| way(&beside, &folder.join(name)));
+    }
+}
+
+/// The way from a folder to a file, as a link.
+fn way(folder: &Path, file: &Path) -> String {
+    let of = |path: &Path| -> Vec<String> {
+        path.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
+    };
+    let (from, to) = (of(folder), of(file));
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = from.iter().skip(shared).map(|_| "..".to_owned());
+    let parts: Vec<String> = up.chain(to.into_iter().skip(shared)).map(|part| encoded(&part)).collect();
+    parts.join("/")
+}
+
+/// A part of a path as an address has it.
+fn encoded(part: &str) -> String {
+    part.bytes().fold(String::new(), |out, byte| match byte {
+        b'-' | b'.' | b'_' | b'~' => out + &char::from(byte).to_string(),
+        _ if byte.is_ascii_alphanumeric() => out + &char::from(byte).to_string(),
+        _ => out + &format!("%{byte:02X}"),
+    })
+}
+
 /// Writes the page of recordings.
 ///
 /// # Errors
 /// When it cannot be written.
 pub fn write(recordings: &[Recording], tables: &[PathBuf], page: &Path) -> Result<(), Failure> {
     write_page(page, &fleet::page(recordings, tables))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_leads_out_of_one_folder_into_another() {
+        let way = |folder: &str, file: &str| way(Path::new(folder), Path::new(file));
+        assert_eq!(way("/a/b", "/a/b/c/d e.html"), "c/d%20e.html");
+        assert_eq!(way("/a/b", "/a/c/#1.html"), "../c/%231.html");
+        assert_eq!(way("/a", "/a/b.html"), "b.html");
+    }
 }

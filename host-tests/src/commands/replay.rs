@@ -54,10 +54,10 @@ pub struct ReplayArgs {
     #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub surveys: Option<PathBuf>,
     /// Write vibration, shocks, stick-slip and whirl of every 30 s, with their severity
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub dynamics: Option<PathBuf>,
     /// Write the raw samples of the second that shook most
-    #[arg(long, value_name = "OUT.csv")]
+    #[arg(long, help_heading = "Files to write", value_name = "OUT.csv")]
     pub burst: Option<PathBuf>,
     /// Write the result as JSON
     #[arg(long, help_heading = "Files to write", value_name = "OUT.json")]

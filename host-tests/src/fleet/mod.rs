@@ -129,6 +129,8 @@ pub struct Recording {
     pub path: String,
     /// Hash of the recording and of all else that its result depends on.
     pub hash: String,
+    /// Its own report, as a link from the fleet's page.
+    pub report: Option<String>,
     /// Serial number of the probe.
     pub serial: Option<String>,
     /// Day of the recording.
@@ -163,6 +165,7 @@ impl Recording {
         Self {
             path: text(row, "path").unwrap_or_default(),
             hash: text(row, "hash").unwrap_or_default(),
+            report: None,
             serial: text(row, "trace_serial"),
             date: text(row, "trace_date").and_then(|date| date.parse().ok()),
             standing: Standing::of(row),

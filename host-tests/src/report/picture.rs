@@ -98,6 +98,7 @@ fn drawn(title: &str, unit: &str, [from, to]: [f64; 2], lines: [(&str, &'static 
         marked: false,
     });
     let plot = Plot {
+        width: Plot::WIDE,
         unit,
         over: "time, s",
         is_of_days: false,

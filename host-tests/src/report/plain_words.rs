@@ -41,7 +41,7 @@ impl VerdictWords {
             Some(Gained { bias, flown, .. }) if in_digits(flown) > in_digits(bias) => Self {
                 is_sound: false,
                 sentence: format!(
-                    "{} It gained nothing here: what flew is off by {flown:.2} deg, the bias alone by {bias:.2}.",
+                    "{} The corrections gained nothing on this recording: what flew is off by {flown:.2} deg, the bias alone by {bias:.2}.",
                     self.sentence
                 ),
             },
@@ -85,7 +85,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> VerdictWords {
     let (is_sound, meaning) = match diagnosed.verdict {
         Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
         Verdict::EffectsFound => {
-            (true, "What the gyro's twelve parameters do not explain has a name, and what is left is small.")
+            (true, "Errors of the sensors beyond the gyro's bias, scale and axes were found, see below; what is left is small.")
         }
         Verdict::NotEnoughExcitation => {
             (false, "Nothing can be told: the tool moved too little, or too little could be read.")

@@ -46,6 +46,8 @@ pub struct Keys {
     pub source: Option<String>,
     /// Licence of the recording.
     pub licence: Option<String>,
+    /// What was changed since it was recorded.
+    pub changes: Option<String>,
 }
 
 /// Earth frame of the reference attitude.
@@ -162,6 +164,7 @@ impl Keys {
             "date" => self.date = Some(day(value).ok_or_else(|| bad("a day as YYYY-MM-DD"))?),
             "source" => self.source = Some(value.to_owned()),
             "licence" => self.licence = Some(value.to_owned()),
+            "changes" => self.changes = Some(value.to_owned()),
             _ => return Ok(KeyOutcome::Unknown),
         }
         Ok(KeyOutcome::Taken)
@@ -184,6 +187,7 @@ impl Keys {
         let all = [
             ("source", text(&self.source)),
             ("licence", text(&self.licence)),
+            ("changes", text(&self.changes)),
             ("serial", text(&self.serial)),
             ("date", self.date.map(|date| date.to_string())),
             ("earth_frame", Some(earth.to_owned())),

@@ -79,6 +79,12 @@ impl Trace {
         read::read(path)
     }
 
+    /// Keys of a file's header, whatever is wrong with its rows; `None` if the header cannot be read.
+    #[must_use]
+    pub fn header(path: &Path) -> Option<Keys> {
+        read::header(path)
+    }
+
     /// Reads what a file would hold. The rest is as by [`Trace::read`]; the path is empty.
     ///
     /// # Errors

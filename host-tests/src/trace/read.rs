@@ -34,6 +34,12 @@ pub(super) fn spooled(path: &Path) -> Result<Trace, TraceError> {
     read_into(path, Some(Spooled::default()))
 }
 
+/// Keys of a trace's header, whatever is wrong with its rows; `None` if the header cannot be read.
+pub(super) fn header(path: &Path) -> Option<Keys> {
+    let (_, trace) = lines::open(path).and_then(|mut lines| read_header(&mut lines)).ok()?;
+    Some(trace.keys)
+}
+
 fn read_into(path: &Path, spooled: Option<Spooled>) -> Result<Trace, TraceError> {
     let trace = lines::open(path).and_then(|lines| read_lines(lines, spooled)).map_err(|located| located.of(path))?;
     Ok(Trace { path: path.to_owned(), ..trace })

@@ -39,7 +39,11 @@ fn pages_of_a_recording_are_sound_on_a_desk_and_on_a_phone_in_the_light_and_in_t
         let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
         let output = mwd.arg(command).arg(recording_path(FAST_ROTATION)).arg("--html").arg(&page).output().unwrap();
         assert!(output.status.success(), "{output:?}");
-        assert!(fs::read_to_string(&page).unwrap().contains("<dt>Inclination at "), "{command}: attitude comes first");
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(text.contains("<dt>Inclination at "), "{command}: attitude comes first");
+        // No limit of the field without a place, and that is said.
+        assert!(text.matches("No limits are drawn").count() >= 2, "{command}");
+        assert!(text.contains("A residual that is no smaller with an effect taken out"), "{command}");
         for (width, is_dark) in [(1280, false), (390, true)] {
             is_sound(&told(&browser, &page, width, is_dark), width, is_dark);
         }
@@ -64,6 +68,10 @@ fn a_sensor_that_is_slower_than_the_others_has_its_curves() {
         let number = headlines.iter().position(|head| head.contains(&format!("<h3>{name},"))).unwrap();
         assert_eq!(data["charts"][number]["marks"], serde_json::json!([]), "{name}");
     }
+    // A reference of every 114th sample is points, and no line that cuts corners.
+    assert!(text.contains("The reference was not recorded at every sample"));
+    // What the recording's header says of its changes is told, not called unknown.
+    assert!(text.contains("changed since it was recorded") && !text.contains("ignored keys"));
     // Drawn without scripts: long lines, not single points.
     for (name, least) in [("Accelerometer, as read", 500), ("|G|", 500), ("Dip", 500)] {
         let figure = text.split(&format!("<h3>{name},")).nth(1).unwrap().split("</figure>").next().unwrap();
@@ -101,6 +109,9 @@ fn pages_of_a_calibration_and_of_a_run_of_surveys_are_legible() {
         assert!(output.status.success(), "{output:?}");
         let text = fs::read_to_string(&page).unwrap();
         assert!(unbalanced(&text).is_empty() && is_whole(&text), "{command}: {:?}", unbalanced(&text));
+        assert_eq!(text.contains("<h3>Error of the size, m/s²</h3>"), command == "calibrate");
+        // Of every station what is off the place's, and where the limits are.
+        assert_eq!(text.contains("are off</td>") && text.contains("limits, ± 0.250 deg"), command == "survey");
         assert!(text.matches("SHA-256 of the ").count() > 1, "{command}");
         for (width, is_dark) in [(1280, false), (390, true)] {
             if let Some(browser) = &browser {

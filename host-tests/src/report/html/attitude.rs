@@ -42,6 +42,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     let marks = magnets(told.diagnosed);
     let references: Vec<(u64, [f64; 3])> =
         reference_attitudes(told.trace, &told.settings()).into_iter().map(|(t_us, q)| (t_us, angles_deg(&q))).collect();
+    let is_rare = !references.is_empty() && RARELY * references.len() < told.trace.samples.len();
     let vertical =
         told.flight.outputs.iter().filter(|output| output.attitude.as_ref().is_some_and(is_vertical)).count();
     let mostly_vertical = 2 * vertical > told.flight.outputs.len();
@@ -57,13 +58,14 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     ];
     let shaded = if marks.is_empty() { "" } else { " Shaded: a magnet is there." };
     for (k, ((name, about), angle)) in plots.into_iter().zip(ANGLES).enumerate() {
-        let about = format!("{about}{shaded}");
+        let rare = if is_rare { RARE } else { "" };
+        let about = format!("{about}{rare}{shaded}");
         let mut series = Vec::new();
         // In a vertical hole the reference's toolface would have to be the magnetic one.
         let is_magnetic = k == 2 && mostly_vertical;
         if !references.is_empty() && !is_magnetic {
-            let points = references.iter().map(|(t_us, angles)| [in_s(*t_us), angles[k], 0.0]).collect();
-            series.push(line("reference", "reference", points, span));
+            let points: Vec<[f64; 3]> = references.iter().map(|(t_us, angles)| [in_s(*t_us), angles[k], 0.0]).collect();
+            series.push(if is_rare { alone(points) } else { line("reference", "reference", points, span) });
         }
         series.push(line("flown", "after", over_time(&told.flight.outputs, angle), span));
         let chart = Chart::new(name, "deg", &about, series).marked(&marks);
@@ -76,9 +78,24 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         ("toolface", "z", |a| [a.sigma_toolface_rad, 0.0]),
     ];
     let stated = stated.map(|(name, class, angle)| line(name, class, over_time(&told.flight.outputs, angle), span));
-    let about = format!("How well the probe itself says that it knows each angle: one standard deviation.{shaded}");
+    let about = format!(
+        "How well the probe itself says that it knows each angle: one standard deviation. Where the tool stands vertical, azimuth and \
+         gravity toolface are not defined, and theirs rise.{shaded}"
+    );
     page.chart(Chart::new("Stated deviations", "deg", &about, stated.into()).of_sizes().marked(&marks));
     errors(page, told);
+}
+
+/// A reference that is in fewer than one of so many samples is drawn as points: a line would cut the corners between.
+const RARELY: usize = 20;
+
+/// What a reader is told of such a reference.
+const RARE: &str = " The reference was not recorded at every sample: it is drawn as points.";
+
+/// Points of the reference without a line through them.
+fn alone(points: Vec<[f64; 3]>) -> Series {
+    let apart = points.into_iter().flat_map(|point| [point, [point[0], f64::NAN, 0.0]]).collect();
+    Series { name: "reference".to_owned(), class: "reference", points: apart, bridged_s: 0.0, marked: true }
 }
 
 fn errors(page: &mut Page, told: &Told) {

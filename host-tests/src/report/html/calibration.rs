@@ -2,7 +2,7 @@
 
 use meerkat_mwd::compensation::VectorModel;
 
-use super::{Page, Sources, chart::in_digits, escape::escape, fixed, sentence, table};
+use super::{Page, Plot, Series, Sources, chart::in_digits, escape::escape, fixed, sentence, table};
 use crate::{
     calibrate::{Calibration, print_account, record, sensor::SensorCalibration, verdict::Verdict},
     layout::Layout,
@@ -60,6 +60,51 @@ fn first_screen(title: &str, calibration: &Calibration) -> String {
     )
 }
 
+/// Readings up to which each is marked.
+const MARKED: usize = 100;
+
+/// Drawing of the error of every reading, before and after.
+fn errors(sensor: &SensorCalibration, unit: &str, of: &str) -> String {
+    let both = sensor.errors();
+    let ends = both.iter().flatten().copied().filter(|error| error.is_finite());
+    let (low, high) = ends.fold((0.0_f64, 0.0_f64), |(low, high), error| (low.min(error), high.max(error)));
+    let count = sensor.observations.len();
+    if count < 2 || low >= high {
+        return String::new();
+    }
+    let margin = 0.05 * (high - low);
+    let [before, after] =
+        both.map(|errors| (1_u32..).zip(errors).map(|(k, error)| [f64::from(k), error, 0.0]).collect());
+    let series = |name: &str, class: &'static str, points: Vec<[f64; 3]>| Series {
+        name: name.to_owned(),
+        class,
+        points,
+        bridged_s: f64::MAX,
+        marked: count <= MARKED,
+    };
+    let plot = Plot {
+        width: Plot::NARROW,
+        unit,
+        over: &format!("{of}, in their order"),
+        is_of_days: false,
+        from: 1.0,
+        to: count as f64,
+        range: [low - margin, high + margin],
+        shaded_s: &[],
+        levels: &[0.0],
+        series: vec![series("before", "before", before), series("after", "after", after)],
+    };
+    let about =
+        "The size of the calibrated vector less what it should be. After should lie at zero in every orientation.";
+    let described = format!("Error of the size by {of}, {unit}, before and after. {about}");
+    format!(
+        "<figure>\n<h3>Error of the size, {}</h3>\n<p class=\"about\">{about}</p>\n<div class=\"standing\">\n{}</div>\n\
+         <p class=\"legend\"><span class=\"before\">before</span> <span class=\"after\">after</span></p>\n</figure>\n",
+        escape(unit),
+        plot.draw(&described),
+    )
+}
+
 fn sensor(page: &mut Page, sensor: Option<&SensorCalibration>, model: VectorModel, unit: &str, of: &str) {
     let Some(sensor) = sensor else { return };
     let mut rows = Vec::new();
@@ -75,6 +120,7 @@ fn sensor(page: &mut Page, sensor: Option<&SensorCalibration>, model: VectorMode
     let after = format!("after, {unit}");
     page.add("<p>Error of the size of the calibrated vector, which should be gravity's or the field's.</p>\n");
     page.add(&table(&["error of the size", &before, &after], rows));
+    page.add(&errors(sensor, unit, of));
     page.add("<h3>Model on record: calibrated = matrix (raw - offset)</h3>\n");
     let rows = model.matrix.iter().zip(model.offset).zip(["x", "y", "z"]).map(|((row, offset), axis)| {
         let cells = row.iter().map(|x| fixed(*x, 5));

@@ -40,6 +40,8 @@ pub struct Chart<'a> {
     pub series: Vec<Series>,
     /// Values are sizes: the axis begins at zero, and rare large values are not shown at first.
     pub is_size: bool,
+    /// Values are whole levels from zero to this one, all of which the axis shows.
+    pub top_level: Option<u8>,
     /// Values are angles that go once around: a line breaks where it passes north.
     pub is_angle: bool,
     /// Shaded intervals.
@@ -52,13 +54,29 @@ impl<'a> Chart<'a> {
     /// A plot without marks and levels.
     #[must_use]
     pub const fn new(name: &'a str, unit: &'a str, about: &'a str, series: Vec<Series>) -> Self {
-        Self { name, unit, about, series, is_size: false, is_angle: false, marks: Vec::new(), levels: Vec::new() }
+        Self {
+            name,
+            unit,
+            about,
+            series,
+            is_size: false,
+            top_level: None,
+            is_angle: false,
+            marks: Vec::new(),
+            levels: Vec::new(),
+        }
     }
 
     /// A plot of sizes, which begin at zero.
     #[must_use]
     pub fn of_sizes(self) -> Self {
         Self { is_size: true, ..self }
+    }
+
+    /// A plot of whole levels from zero to the last one.
+    #[must_use]
+    pub fn of_levels(self, top: u8) -> Self {
+        Self { top_level: Some(top), ..self }
     }
 
     /// A plot of angles that go once around.
@@ -115,6 +133,9 @@ impl<'a> Chart<'a> {
         if self.is_angle {
             return self.range_of_angles();
         }
+        if let Some(top) = self.top_level {
+            return Some([0.0, f64::from(top)]).filter(|_| !self.series.is_empty());
+        }
         let points = self.series.iter().flat_map(|series| &series.points).filter(|[_, x, _]| x.is_finite());
         let mut ends: Vec<f64> = points.flat_map(|[_, x, sigma]| [x - sigma, x + sigma]).collect();
         ends.sort_by(f64::total_cmp);
@@ -163,7 +184,8 @@ impl<'a> Chart<'a> {
             return self.band_beyond(range);
         }
         let largest = values().filter(|x| x.is_finite()).fold(high, f64::max);
-        format!("{count} values lie above the axis, the largest at {}.", in_digits(largest))
+        let lie = if count == 1 { "1 value lies" } else { &format!("{count} values lie") };
+        format!("{lie} above the axis, the largest at {}.", in_digits(largest))
     }
 
     /// Says so if a band of one deviation runs out of the axis, other than around the circle.
@@ -180,8 +202,9 @@ impl<'a> Chart<'a> {
         }
         let largest = banded.iter().map(|[_, _, sigma]| *sigma).fold(0.0, f64::max);
         let percent = 100.0 * count as f64 / banded.len() as f64;
+        let percent = if percent < 0.05 { "under 0.1".to_owned() } else { format!("{percent:.1}") };
         format!(
-            "The band of one deviation runs out of the axis at {percent:.1} % of the points; it is at most ± {}.",
+            "The band of one deviation runs out of the axis at {percent} % of the points; it is at most ± {}.",
             in_digits(largest)
         )
     }
@@ -213,6 +236,7 @@ impl<'a> Chart<'a> {
         });
         let shaded: Vec<[f64; 2]> = self.marks.iter().map(|mark| mark.span_s).collect();
         Plot {
+            width: Plot::WIDE,
             unit: self.unit,
             over: &if unit == DATE { name.to_owned() } else { format!("{name}, {unit}") },
             is_of_days: unit == DATE,
@@ -256,6 +280,7 @@ impl<'a> Chart<'a> {
             "range": range,
             "angle": self.is_angle,
             "size": self.is_size,
+            "whole": self.top_level.is_some(),
             "series": series,
             "marks": marks,
             "levels": levels,
@@ -324,8 +349,17 @@ mod tests {
         points[7][1] = 50.0;
         let (drawn, data) =
             Chart::new("a", "b", "c", vec![line(points)]).of_sizes().drawn(0, [0.0, 1e3], ("time", "s")).unwrap();
-        assert!(drawn.contains("1 values lie above the axis, the largest at 50.00"), "{drawn}");
+        assert!(drawn.contains("1 value lies above the axis, the largest at 50.00"), "{drawn}");
         assert!(data["range"][1].as_f64().unwrap() < 2.0);
+    }
+
+    #[test]
+    fn levels_have_all_of_their_axis() {
+        let of =
+            |points| Chart::new("a", "level", "c", vec![line(points)]).of_levels(7).drawn(0, [0.0, 3.0], ("time", "s"));
+        let (_, data) = of(vec![[1.0, 0.0, 0.0], [2.0, 1.0, 0.0]]).unwrap();
+        assert_eq!((data["range"].clone(), data["whole"].clone()), (json!([0.0, 7.0]), json!(true)));
+        assert!(of(vec![[1.0, f64::NAN, 0.0]]).is_none());
     }
 
     #[test]

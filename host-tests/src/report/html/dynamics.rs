@@ -8,6 +8,9 @@ use crate::flight::Watched;
 /// Revolutions per minute in one radian per second.
 const RPM: f64 = 60.0 / core::f64::consts::TAU;
 
+/// The worst level of severity.
+const WORST: u8 = 7;
+
 /// Standard gravity, m/s^2.
 const G: f64 = 9.80665;
 
@@ -45,7 +48,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     ];
     let about = "Levels 0 to 7 of rms vibration, from 0.5, 1, 2, 3, 5, 8 and 15 g, and of the stick-slip index, from 0.2 in \
                  steps of 0.2; 7 is a string that turned backwards.";
-    page.chart(Chart::new("Severity", "level", about, severity).of_sizes());
+    page.chart(Chart::new("Severity", "level", about, severity).of_levels(WORST));
     let whirling: Vec<&DrillingDynamics> = watched.dynamics.iter().filter(|d| d.whirl_kind().is_some()).collect();
     if let Some(first) = whirling.first() {
         let backward = whirling.iter().filter(|d| d.whirl_kind() == Some(WhirlKind::Backward)).count();

@@ -24,6 +24,9 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     if !diagnosed.effects.is_empty() {
         page.add("<p>What else than scale, axes and bias of the gyro showed in the readings. The log Bayes factor says how sure that is: 5 is 150 to 1, 10 is 22,000 to 1. What it could also be is what these data cannot tell from it.</p>\n");
         page.add(&effects(diagnosed));
+        if diagnosed.effects.iter().any(is_not_less) {
+            page.add(NOT_LESS);
+        }
         for found in &diagnosed.effects {
             estimates(page, diagnosed, found);
         }
@@ -31,6 +34,19 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     if !diagnosed.magnets.is_empty() {
         page.add("<h3>Magnets that came and went</h3>\n");
         page.add(&magnets(diagnosed));
+    }
+}
+
+/// What a reader is told who sees a residual that is no smaller without an effect.
+const NOT_LESS: &str = "<p class=\"about\">A residual that is no smaller with an effect taken out does not speak against it. Over a \
+    second the probe's own acceleration hides an error of the accelerometer, and an error that stays as it is cancels; the log Bayes \
+    factor weighs all of the window.</p>\n";
+
+/// Whether the residual is no smaller with the effect taken out.
+fn is_not_less(found: &Found) -> bool {
+    match found.residual_deg() {
+        BeforeAfter { before: Some(before), after: Some(after) } => after > 0.99 * before,
+        _ => false,
     }
 }
 

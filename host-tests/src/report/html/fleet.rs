@@ -199,7 +199,12 @@ fn row(recording: &Recording) -> String {
     };
     let standing = recording.standing;
     let shown = |x: Option<f64>| x.map_or_else(String::new, |x| fixed(x, 2));
-    cell(recording.name(), &format!("<span title=\"{}\">{}</span>", escape(&recording.path), escape(recording.name())));
+    let [path, name] = [&recording.path, recording.name()].map(escape);
+    let shown_name = match &recording.report {
+        Some(report) => format!("<a href=\"{}\" title=\"{path}\">{name}</a>", escape(report)),
+        None => format!("<span title=\"{path}\">{name}</span>"),
+    };
+    cell(recording.name(), &shown_name);
     let serial = recording.serial.as_deref().unwrap_or_default();
     cell(serial, &escape(serial));
     let date = recording.date.map_or_else(String::new, |date| date.to_string());

@@ -52,7 +52,7 @@ const isAll = () => shown.max - shown.min > 0.999 * (whole.max - whole.min);
 
 // The axis of the whole time leaves out rare large values; that of a part of it spans all that the part has.
 function rangeOf(chart, seen) {
-  if (isAll()) return chart.range;
+  if (isAll() || chart.whole) return chart.range;
   let low = Infinity, high = -Infinity, sum = 0, count = 0;
   seen.forEach(({ x, y, s }, k) => y.forEach((value, i) => {
     if (value === null || x[i] < shown.min || x[i] > shown.max) return;
@@ -97,7 +97,7 @@ function build(plot) {
     axes: [
       { ...axis, size: 34, space: page.over === "date" ? 100 : 70, ...(page.over === "date" ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}), values: (_, ticks) => ticks.map(place) },
       // As wide as its labels: letters of 12 pixels are 7 wide.
-      { ...axis, size: (_, ticks) => Math.max(58, 16 + 7 * Math.max(0, ...(ticks || []).map(tick => tick.length))), space: 36, ...(chart.angle ? { incrs: [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
+      { ...axis, size: (_, ticks) => Math.max(58, 16 + 7 * Math.max(0, ...(ticks || []).map(tick => tick.length))), space: 36, ...(chart.whole ? { incrs: [1, 2, 5] } : {}), ...(chart.angle ? { incrs: [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 30, 90] } : {}), values: (_, ticks) => ticks.map(tick => String(+tick.toPrecision(8))) },
     ],
     cursor: {
       drag: { x: true, y: false, setScale: false }, points: { size: 6 }, focus: { prox: -1 },
@@ -172,7 +172,7 @@ function drawOver(u, chart, plot) {
     if (!series.marked) return;
     ctx.strokeStyle = ctx.fillStyle = colour("--" + series.class);
     const { x, y, s } = plot.lines[k];
-    const beside = areBeside ? 7 * (k - (chart.series.length - 1) / 2) * devicePixelRatio : 0;
+    const beside = areBeside ? besideOf(u, x, chart.series.length) * (k - (chart.series.length - 1) / 2) * devicePixelRatio : 0;
     ctx.beginPath();
     let isBroken = true;
     x.forEach((t, i) => {
@@ -195,6 +195,15 @@ function drawOver(u, chart, plot) {
     });
   });
   ctx.restore();
+}
+
+// Step between points of several series at one time, pixels: less where points of one series are near one another, so that none
+// passes its neighbour.
+function besideOf(u, x, count) {
+  const seen = x.filter(t => t >= shown.min && t <= shown.max);
+  if (seen.length < 2) return 7;
+  const apart = u.over.clientWidth * (seen[seen.length - 1] - seen[0]) / (shown.max - shown.min) / (seen.length - 1);
+  return Math.min(7, apart / count);
 }
 
 // Values at a time beside the names, and what is marked there. Those of the plot that has the focus are spoken.

@@ -70,6 +70,7 @@ pub(super) fn of_a_flight(told: &Told) -> String {
         .file("recording", &trace.path)
         .known("recorded by", trace.keys.source.clone().unwrap_or_default())
         .known("licence of the recording", trace.keys.licence.clone().unwrap_or_default())
+        .known("changed since it was recorded", trace.keys.changes.clone().unwrap_or_default())
         .configuration("The configuration, as --config takes it", &configuration)
         .html();
     for wrong in &trace.wrong {

@@ -80,7 +80,11 @@ fn totals(page: &mut Page, told: &Told) {
     let expected = levels(Some(earth.gravity_m_s2.into()), limits.gravity_m_s2.into(), "m/s²");
     page.chart(Chart::new("|G|", "m/s²", about, vec![line("|G|", "after", gravity, span)]).with_levels(expected));
     let field = over_time(&|c| c.field_ut.map(norm));
-    let about = "Size of the calibrated field. It should be that of the place; what changes it is a magnet or an error of the magnetometer.";
+    let unknown = |value: Option<f32>| if value.is_none() { UNKNOWN_FIELD } else { "" };
+    let about = &format!(
+        "Size of the calibrated field. It should be that of the place; what changes it is a magnet or an error of the magnetometer.{}",
+        unknown(earth.magnetic_field_ut)
+    );
     let expected = levels(earth.magnetic_field_ut.map(f64::from), limits.field_ut.into(), "µT");
     page.chart(Chart::new("|B|", "µT", about, vec![line("|B|", "after", field, span)]).with_levels(expected));
     let dip = over_time(&|c| {
@@ -88,11 +92,17 @@ fn totals(page: &mut Page, told: &Told) {
         let along: f64 = g.iter().zip(&b).map(|(g, b)| -f64::from(*g) * f64::from(*b)).sum();
         Some((along / (norm(g) * norm(b))).asin().to_degrees()).filter(|x| x.is_finite())
     });
-    let about = "Angle of the field below the horizon, by the same sample's specific force: vibration shows in it.";
+    let about = &format!(
+        "Angle of the field below the horizon, by the same sample's specific force: vibration shows in it.{}",
+        unknown(earth.dip_rad)
+    );
     let expected =
         levels(earth.dip_rad.map(|x| f64::from(x).to_degrees()), f64::from(limits.dip_rad).to_degrees(), "deg");
     page.chart(Chart::new("Dip", "deg", about, vec![line("dip", "after", dip, span)]).with_levels(expected));
 }
+
+/// What a reader is told who sees no limits.
+const UNKNOWN_FIELD: &str = " No limits are drawn, because the recording does not say what the place should have; `cargo mwd field` prints it for --config.";
 
 /// Time of each sample with a flag.
 fn flagged(told: &Told, flag: SampleFlags) -> Vec<[f64; 2]> {

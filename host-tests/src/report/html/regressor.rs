@@ -62,12 +62,20 @@ pub(super) fn figure(
         marked: true,
     };
     let (what, unit) = REGRESSORS[k];
+    let mean = |angles: &[f64]| {
+        let read = || angles.iter().filter(|angle| angle.is_finite());
+        fixed(read().sum::<f64>() / read().count().max(1) as f64, 2)
+    };
+    // A correlation does not tell the size: what is small may still go with something.
     let about = format!(
-        "It goes most with {what}: correlation {} {first}{}. Points are means over seconds of like {what}, with the deviation of the mean.",
+        "It goes most with {what}: correlation {} {first}{}. Its mean is {} deg {first}, {} deg {second}. Points are means over seconds of like {what}, with the deviation of the mean.",
         fixed(of_before, 2),
-        of_after.map_or_else(String::new, |after| format!(", {} {second}", fixed(after, 2)))
+        of_after.map_or_else(String::new, |after| format!(", {} {second}", fixed(after, 2))),
+        mean(&angles),
+        mean(&afterwards),
     );
     let plot = Plot {
+        width: Plot::NARROW,
         unit: "deg",
         over: &format!("{what}, {unit}"),
         is_of_days: false,
@@ -81,7 +89,7 @@ pub(super) fn figure(
     let described =
         format!("{name} against {what}{which}, from {} to {} {unit}. {about}", in_digits(from), in_digits(to));
     format!(
-        "<figure>\n<h3>{} against {what}{}</h3>\n<p class=\"about\">{}</p>\n<div class=\"scroll standing\" tabindex=\"0\" role=\"group\" aria-label=\"Plot\">\n{}</div>\n\
+        "<figure>\n<h3>{} against {what}{}</h3>\n<p class=\"about\">{}</p>\n<div class=\"standing\">\n{}</div>\n\
          <p class=\"legend\"><span class=\"before\">{}</span> <span class=\"after\">{}</span></p>\n</figure>\n",
         escape(name),
         escape(which),

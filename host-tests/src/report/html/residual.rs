@@ -40,12 +40,13 @@ pub(super) fn add(page: &mut Page, told: &Told) {
         let mut about = if is_covered(before, after) { COVERED.to_owned() } else { String::new() };
         about += if marks.is_empty() { "" } else { "Shaded: a magnet is there." };
         page.chart(Chart::new(name, "deg", &about, both).of_sizes().marked(&marks));
-        page.add(&regressor::figure(told, name, "", ["before", "after"], before, after));
+        let mut against = regressor::figure(told, name, "", ["before", "after"], before, after);
         let shown_by = told.diagnosed.effects.iter().filter_map(|found| Some((found, found.without.as_ref()?)));
         for (found, without) in shown_by.filter(|(_, without)| without.vector == vector) {
             let which = format!(": {} left in and taken out", in_a_sentence(&effect_words(found.effect)));
-            page.add(&regressor::figure(told, name, &which, ["left in", "taken out"], &without.angles, after));
+            against += &regressor::figure(told, name, &which, ["left in", "taken out"], &without.angles, after);
         }
+        page.add(&format!("<div class=\"pair\">\n{against}</div>\n"));
     }
 }
 

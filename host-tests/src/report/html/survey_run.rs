@@ -1,5 +1,7 @@
 //! A run of surveys as a page: path, uncertainty, quality.
 
+use meerkat_mwd::config::SurveyLimits;
+
 use super::{Chart, Page, Series, Sources, escape::escape, fixed, path_in_space, table};
 use crate::surveys::{
     settings::Correction,
@@ -132,15 +134,41 @@ fn charts(page: &mut Page, run: &SurveyedRun) {
         ),
         ("Dip less the place's", "deg", "", |s| Some([s.off_reference?[2], 0.0])),
     ];
-    for (name, unit, about, figure) in off {
-        let zero = vec![(0.0, "the place's".to_owned())];
-        page.chart(
-            Chart::new(name, unit, about, vec![series("measured less reference", "z", figure)]).with_levels(zero),
-        );
+    for ((name, unit, about, figure), limit) in off.into_iter().zip(limits()) {
+        let levels = vec![
+            (0.0, "the place's".to_owned()),
+            (-limit, format!("limits, ± {limit:.3} {unit}")),
+            (limit, String::new()),
+        ];
+        let chart = Chart::new(name, unit, about, vec![series("measured less reference", "z", figure)]);
+        page.chart(chart.with_levels(levels));
+    }
+}
+
+/// Limits of |G| m/s^2, |B| microtesla and dip degrees, as the probe has them for its surveys.
+fn limits() -> [f64; 3] {
+    let SurveyLimits { gravity_m_s2, field_ut, dip_rad, .. } = SurveyLimits::default();
+    [gravity_m_s2, field_ut, dip_rad.to_degrees()].map(f64::from)
+}
+
+/// What is off the place's by more than its limit, of measured less reference.
+fn quality(off_reference: Option<[f64; 3]>) -> String {
+    let Some(off) = off_reference else { return "not known: angles alone were read".to_owned() };
+    let beyond = off.iter().zip(limits()).zip(["gravity", "field", "dip"]);
+    let beyond: Vec<&str> = beyond.filter(|((off, limit), _)| off.abs() > *limit).map(|(_, name)| name).collect();
+    match beyond[..] {
+        [] => "good".to_owned(),
+        [one] => format!("{one} is off"),
+        _ => format!("{} are off", beyond.join(", ")),
     }
 }
 
 fn stations(run: &SurveyedRun) -> String {
+    let [gravity, field, dip] = limits();
+    let about = format!(
+        "<p>Quality compares |G|, |B| and dip as they were measured with what the place should have: within ± {gravity:.3} m/s², \
+         ± {field:.1} µT and ± {dip:.2} deg they are good.</p>\n"
+    );
     let sigma =
         |x: f64, sigma: Option<f64>| fixed(x, 2) + &sigma.map_or_else(String::new, |sigma| format!(" ± {sigma:.2}"));
     // Only where some was added: else the column says nothing.
@@ -155,6 +183,7 @@ fn stations(run: &SurveyedRun) -> String {
         "east, m",
         "dogleg, deg/30 m",
         "ellipse, m",
+        "quality",
         "remark",
     ];
     let rows = run.stations.iter().map(|s| {
@@ -176,11 +205,12 @@ fn stations(run: &SurveyedRun) -> String {
             e,
             format!("{:.2}", s.dogleg_deg_30m),
             format!("{major:.2} x {minor:.2} at {azimuth:.0}"),
+            quality(s.off_reference),
             remark.to_owned(),
         ];
         (s.doubted, shown(cells, sags))
     });
-    table(&shown(head.to_vec(), sags), rows)
+    about + &table(&shown(head.to_vec(), sags), rows)
 }
 
 /// A row with the column of the sag, the third, or without it.
@@ -261,4 +291,17 @@ fn view(
         escape(&format!("{name}: {told}")),
         path.join("L"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quality_names_what_is_beyond_its_limit() {
+        assert_eq!(quality(Some([0.02, -0.2, 0.2])), "good");
+        assert_eq!(quality(Some([0.02, -0.4, 0.2])), "field is off");
+        assert_eq!(quality(Some([-0.03, 0.4, -8.0])), "gravity, field, dip are off");
+        assert_eq!(quality(None), "not known: angles alone were read");
+    }
 }

@@ -4,15 +4,14 @@ use std::fmt::Write;
 
 use super::escape::escape;
 
-/// Width of the drawing, in its own units; height and margins follow.
-const WIDTH: f64 = 900.0;
+/// Height and margins of a drawing, in its own units.
 const HEIGHT: f64 = 260.0;
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 46.0;
 
-/// Step between points of several series at one time.
+/// Largest step between points of several series at one time.
 const BESIDE: f64 = 7.0;
 
 /// Room above a drawing of its own, for title and legend.
@@ -49,6 +48,8 @@ pub struct Series {
 
 /// A plot of some series over time.
 pub struct Plot<'a> {
+    /// Width of the drawing, in its own units.
+    pub width: f64,
     /// Unit of the values.
     pub unit: &'a str,
     /// Name and unit of the axis below, mostly time.
@@ -70,9 +71,15 @@ pub struct Plot<'a> {
 }
 
 impl Plot<'_> {
+    /// Width of a drawing as wide as the page, in its own units.
+    pub const WIDE: f64 = 900.0;
+
+    /// Width of a drawing that a narrow screen shows whole.
+    pub const NARROW: f64 = 420.0;
+
     fn x(&self, t_s: f64) -> f64 {
         let share = (t_s - self.from) / (self.to - self.from).max(1e-9);
-        LEFT + (WIDTH - LEFT - RIGHT) * share.clamp(0.0, 1.0)
+        LEFT + (self.width - LEFT - RIGHT) * share.clamp(0.0, 1.0)
     }
 
     fn y(&self, value: f64) -> f64 {
@@ -85,7 +92,8 @@ impl Plot<'_> {
     #[must_use]
     pub fn draw(&self, described: &str) -> String {
         let label = escape(described);
-        let mut out = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{label}\">\n");
+        let width = self.width;
+        let mut out = format!("<svg viewBox=\"0 0 {width} {HEIGHT}\" role=\"img\" aria-label=\"{label}\">\n");
         self.draw_all(&mut out);
         out + "</svg>\n"
     }
@@ -93,10 +101,10 @@ impl Plot<'_> {
     /// The plot as an SVG file of its own: style, white ground, title and legend are inside.
     #[must_use]
     pub fn standalone(&self, title: &str) -> String {
-        let height = HEIGHT + HEAD;
+        let (width, height) = (self.width, HEIGHT + HEAD);
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" role=\"img\">\n\
-             <title>{title}</title>\n<style>\n{STANDALONE_STYLE}</style>\n<rect y=\"{}\" width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {} {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n\
+             <title>{title}</title>\n<style>\n{STANDALONE_STYLE}</style>\n<rect y=\"{}\" width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
              <text class=\"title\" x=\"{LEFT}\" y=\"{}\">{title}</text>\n",
             -HEAD,
             -HEAD,
@@ -120,7 +128,7 @@ impl Plot<'_> {
     fn draw_all(&self, out: &mut String) {
         let _ = self.draw_axes(out);
         for level in self.levels {
-            let (right, y) = (WIDTH - RIGHT, self.y(*level));
+            let (right, y) = (self.width - RIGHT, self.y(*level));
             let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>");
         }
         // Of several series points of one time stand beside each other: their deviations can be told apart.
@@ -128,7 +136,7 @@ impl Plot<'_> {
         let are_beside = have_deviations && self.series.len() > 2;
         for (number, series) in self.series.iter().enumerate() {
             let beside = if series.marked && are_beside {
-                BESIDE * (number as f64 - 0.5 * (self.series.len() - 1) as f64)
+                self.beside() * (number as f64 - 0.5 * (self.series.len() - 1) as f64)
             } else {
                 0.0
             };
@@ -136,8 +144,19 @@ impl Plot<'_> {
         }
     }
 
+    /// Step between points of several series at one time: so small that none passes the next point of its neighbour.
+    fn beside(&self) -> f64 {
+        let times = |series: &Series| series.points.iter().map(|[t_s, _, _]| self.x(*t_s)).collect::<Vec<_>>();
+        let apart = |times: Vec<f64>| match times[..] {
+            [first, .., last] => (last - first) / (times.len() - 1) as f64,
+            _ => f64::MAX,
+        };
+        let least = self.series.iter().map(times).map(apart).fold(f64::MAX, f64::min);
+        BESIDE.min(least / self.series.len() as f64)
+    }
+
     fn draw_axes(&self, out: &mut String) -> std::fmt::Result {
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        let (right, bottom) = (self.width - RIGHT, HEIGHT - BOTTOM);
         for [from_s, to_s] in self.shaded_s {
             let (x, to) = (self.x(*from_s), self.x(*to_s));
             let (width, height) = (to - x, bottom - TOP);
@@ -238,6 +257,7 @@ mod tests {
             marked: false,
         };
         let plot = Plot {
+            width: Plot::WIDE,
             unit: "deg",
             over: "time, s",
             is_of_days: false,
@@ -258,10 +278,39 @@ mod tests {
     }
 
     #[test]
+    fn points_of_one_time_stand_beside_each_other_and_pass_none_of_another_time() {
+        let series = |count: u32| Series {
+            name: "a".to_owned(),
+            class: "x",
+            points: (0..count).map(|k| [f64::from(k) / f64::from(count), 1.0, 0.1]).collect(),
+            bridged_s: 2.0,
+            marked: true,
+        };
+        let beside = |count: u32| {
+            let plot = Plot {
+                width: Plot::WIDE,
+                unit: "deg",
+                over: "time, s",
+                is_of_days: false,
+                from: 0.0,
+                to: 1.0,
+                range: [0.0, 2.0],
+                shaded_s: &[],
+                levels: &[],
+                series: [0; 3].map(|_| series(count)).into(),
+            };
+            plot.beside()
+        };
+        assert!((beside(1) - BESIDE).abs() < 1e-9 && (beside(4) - BESIDE).abs() < 1e-9);
+        assert!(3.0 * beside(142) < 804.0 / 142.0 + 1e-9, "{}", beside(142));
+    }
+
+    #[test]
     fn a_drawing_has_both_bands_and_its_limits() {
         let points = vec![[0.0, 5.0, 1.0], [1.0, 5.0, 1.0]];
         let series = Series { name: "a".to_owned(), class: "after", points, bridged_s: 2.0, marked: false };
         let plot = Plot {
+            width: Plot::WIDE,
             unit: "deg",
             over: "time, s",
             is_of_days: false,
