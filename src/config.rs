@@ -46,9 +46,6 @@ pub struct Config {
     pub sample_period_us: u32,
     /// Seed of the population search. Equal samples, configuration and seed give equal bytes.
     pub seed: u64,
-    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough to take
-    /// effect before it.
-    pub freeze_at_us: Option<u64>,
     /// Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
     /// and magnets that come and go. Default `true`.
     pub effects: bool,
@@ -77,7 +74,6 @@ impl Default for Config {
         Self {
             sample_period_us: 5_000,
             seed: 1,
-            freeze_at_us: None,
             effects: true,
             full_scale: FullScale::default(),
             gyro: GyroModel::IDENTITY,
@@ -97,7 +93,6 @@ impl Config {
     pub(crate) const UNSET: Self = Self {
         sample_period_us: 0,
         seed: 0,
-        freeze_at_us: None,
         effects: false,
         full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
         gyro: GyroModel::UNSET,

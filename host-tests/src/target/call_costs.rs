@@ -143,7 +143,7 @@ pub fn count_calls(config: &Config, samples: &[Sample]) -> Result<CallCosts, Emu
     let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
     let path = directory.path();
     fs::write(path.join("probe"), &elf).map_err(file("the firmware cannot be copied"))?;
-    let trace = wire::encode_trace(config, None, samples.iter().copied())?;
+    let trace = wire::encode_trace(config, None, None, samples.iter().copied())?;
     fs::write(path.join("trace.bin"), trace).map_err(file("the trace cannot be written"))?;
     build_plugin(&toolchain, path)?;
 
