@@ -10,11 +10,13 @@ mod factory;
 mod line;
 mod log;
 mod memory;
+mod owed_work;
 mod program_update;
 mod reports;
 #[cfg(feature = "bus")]
 mod sensors;
 mod stage;
+mod statics;
 mod update;
 
 pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
@@ -29,23 +31,18 @@ pub use program_update::{ProgramUpdate, Updater};
 #[cfg(feature = "bus")]
 pub use sensors::{Sensors, data_sheet};
 pub use stage::Stage;
+pub use statics::Statics;
 pub use update::PROVEN_US;
 
 use crate::{
-    Config, Probe,
+    Config,
     config::{ConfigError, SurveyConfig},
-    survey::{SurveyNews, Surveyor},
+    survey::SurveyNews,
     telemetry::{Key, StreamConfig},
 };
 use log::info;
+use owed_work::OwedWork;
 use stage::Progress;
-
-/// Units of work in one piece: 50,000 cycles. Work that cannot be divided overshoots this; the next pieces are then
-/// shorter.
-const SLICE_UNITS: u32 = 100;
-
-/// Most work that is put off while the loop is short of time, in samples' budgets: a second at 200 Hz.
-const OWED_SAMPLES: u32 = 200;
 
 /// Reports of the vibration dose from one that is stored to the next: half an hour. At 128 bytes each the stored ones
 /// fill a sector of 16 KiB in 64 hours.
@@ -69,22 +66,6 @@ pub struct Settings {
     pub recording: bool,
     /// The key of commands that need one; `None`: none was provisioned.
     pub key: Option<[u8; 32]>,
-}
-
-/// Buffers of the application, in static RAM.
-pub struct Statics<'a, F> {
-    /// Samples to attitudes and models.
-    pub probe: &'a mut Probe,
-    /// Attitudes to surveys.
-    pub surveyor: &'a mut Surveyor,
-    /// Recorder of the second with the worst vibration.
-    pub burst: &'a mut Burst,
-    /// Line that sends messages to the host.
-    pub line: &'a mut Line,
-    /// Receiver of the host's commands.
-    pub commands: &'a mut Commands,
-    /// Stored models; `None` if no flash can be used: the probe flies without.
-    pub memory: Option<&'a mut Memory<F>>,
 }
 
 /// Counters of the application since the start.
@@ -113,7 +94,7 @@ pub struct Application<'a, B: Board> {
     next_sequence: u32,
     /// Number of the first sample since the pipeline started afresh.
     first_sequence: u32,
-    owed_units: u32,
+    owed: OwedWork,
     /// True while the estimator's state is being written to flash, a tenth of a second; identification waits until
     /// then.
     filter_stays: bool,
@@ -157,7 +138,7 @@ impl<'a, B: Board> Application<'a, B> {
             begun: false,
             next_sequence: 0,
             first_sequence: 0,
-            owed_units: 0,
+            owed: OwedWork::default(),
             filter_stays: false,
             doses: 0,
             progress: Progress::default(),
@@ -260,11 +241,7 @@ impl<'a, B: Board> Application<'a, B> {
             self.restarted();
         }
         let budget = self.statics.probe.poll_budget_at(self.board.clock_hz());
-        let most = budget.saturating_mul(OWED_SAMPLES);
-        self.owed_units = self.owed_units.saturating_add(budget);
-        if self.owed_units > most {
-            self.owed_units = most;
-        }
+        self.owed.add(budget);
     }
 
     /// Restores a stored model before the first sample is flown: the sample's temperature selects the model.
@@ -279,6 +256,12 @@ impl<'a, B: Board> Application<'a, B> {
         self.statics.line.want_boot();
     }
 
+    /// Notes that the pipeline has started afresh: a boot is to be reported.
+    fn restarted(&mut self) {
+        self.first_sequence = self.next_sequence;
+        self.statics.line.want_boot();
+    }
+
     /// Does one bounded piece of identification or diagnosis. Returns true if more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
@@ -287,11 +270,10 @@ impl<'a, B: Board> Application<'a, B> {
             self.filter_stays = memory.as_mut().is_some_and(|memory| memory.step(probe));
             return true;
         }
-        let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
-        self.owed_units -= slice;
-        if slice > 0 {
+        let units = self.owed.take_piece();
+        if units > 0 {
             let Statics { probe, line, memory, .. } = &mut self.statics;
-            if let Some(report) = probe.poll(slice) {
+            if let Some(report) = probe.poll(units) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
@@ -304,7 +286,7 @@ impl<'a, B: Board> Application<'a, B> {
         if let Some(memory) = memory {
             self.filter_stays = memory.step(probe);
         }
-        self.filter_stays || self.owed_units > 0
+        self.filter_stays || !self.owed.is_done()
     }
 
     /// Sends one frame at most, and reads the bytes received.
@@ -313,7 +295,7 @@ impl<'a, B: Board> Application<'a, B> {
         let now_us = self.board.now_us();
         if now_us >= self.health_us || !self.statics.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
-            self.report_health(now_us);
+            reports::health(&self.board, &mut self.statics, &self.counts.delays, now_us);
             self.report_program(now_us);
         }
         self.take_diagnosis(now_us);
@@ -321,7 +303,7 @@ impl<'a, B: Board> Application<'a, B> {
         let Statics { surveyor, burst, line, .. } = &mut self.statics;
         line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
-            self.report_boot(now_us);
+            reports::boot(&self.board, &mut self.statics, self.first_sequence, now_us);
         }
         self.statics.line.transmit(&mut self.board);
         self.go_on_updating();
