@@ -84,7 +84,7 @@ const CALLS: [(Call, &[Name], Option<Name>); 15] = [
     (Call::AbsorbingOwn, &[ABSORB_OWN], None),
     (Call::Walking, &[&["9estimator4work", "5widen17h"], &["9estimator4work", "4walk17h"]], None),
     (Call::Averaging, &AVERAGE, None),
-    (Call::Bounding, &[&["9estimator4work", "6centre17h"], &["9estimator4work", "5bound17h"]], None),
+    (Call::Bounding, &[&["9estimator4work", "6centre17h"], &["9estimator11window_cost", "13bound_by_rows17h"]], None),
     (Call::Weighing, &[&["9estimator4work", "5weigh17h"]], None),
 ];
 
