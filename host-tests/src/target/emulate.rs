@@ -2,7 +2,7 @@
 
 use std::{fs, time::Duration};
 
-use meerkat_mwd::{Config, Sample, telemetry::Summary};
+use meerkat_mwd::{Config, Sample, emulation::Summary};
 
 use super::{
     deadline,

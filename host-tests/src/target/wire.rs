@@ -3,9 +3,7 @@
 use crate::flight::Flight;
 use meerkat_mwd::{
     Config, Sample,
-    sensor_models::Recording,
-    survey::{DrillingDynamics, SurveyReport},
-    telemetry::{Record, Summary},
+    emulation::{Record, Recording, Summary},
 };
 
 /// Content of a whole `flight.bin`.
@@ -17,10 +15,6 @@ pub struct Landed {
     pub poll_instructions: Vec<u64>,
     /// Costs of the run.
     pub summary: Summary,
-    /// Stationary and rotating surveys.
-    pub surveys: Vec<SurveyReport>,
-    /// Windows of drilling dynamics.
-    pub dynamics: Vec<DrillingDynamics>,
 }
 
 /// Reasons why bytes are not a whole flight.
@@ -72,11 +66,10 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
     let mut outputs = Vec::new();
     let mut reports = Vec::new();
     let (mut diagnoses, mut magnets) = (Vec::new(), Vec::new());
-    let (mut surveys, mut dynamics) = (Vec::new(), Vec::new());
     let mut poll_instructions = Vec::new();
     let mut rest = bytes;
     loop {
-        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len() + surveys.len() + dynamics.len();
+        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len();
         if rest.is_empty() {
             return Err(WireError::NoSummary { records });
         }
@@ -91,12 +84,10 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
             }
             Record::Diagnosis(report) => diagnoses.push(report),
             Record::HardIron(interval) => magnets.push(interval),
-            Record::Survey(report) => surveys.push(report),
-            Record::Dynamics(window) => dynamics.push(window),
             Record::End(summary) if rest.is_empty() => {
                 let counters = summary.counters;
                 let flight = Flight { outputs, reports, diagnoses, magnets, counters, ..Flight::default() };
-                return Ok(Landed { flight, poll_instructions, summary, surveys, dynamics });
+                return Ok(Landed { flight, poll_instructions, summary });
             }
             Record::End(_) => return Err(WireError::AfterSummary { bytes: rest.len() }),
             _ => return Err(malformed),

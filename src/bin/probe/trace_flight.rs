@@ -18,10 +18,10 @@ use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
     Config, Probe, Sample,
+    emulation::{Record, Summary},
     identification::WindowReport,
     magnet::HardIronInterval,
     probe::Output,
-    telemetry::{Record, Summary},
 };
 use record_writer::RecordWriter;
 use semihosting::process;
