@@ -16,7 +16,6 @@ mod reports;
 #[cfg(feature = "bus")]
 mod sensors;
 mod stage;
-mod statics;
 mod update;
 
 pub use acquisition::{Acquired, Acquisition, AcquisitionCounts, QUEUE, SampleConsumer, SampleQueue};
@@ -31,13 +30,12 @@ pub use program_update::{ProgramUpdate, Updater};
 #[cfg(feature = "bus")]
 pub use sensors::{Sensors, data_sheet};
 pub use stage::Stage;
-pub use statics::Statics;
 pub use update::PROVEN_US;
 
 use crate::{
-    Config,
+    Config, Probe,
     config::{ConfigError, SurveyConfig},
-    survey::SurveyNews,
+    survey::{SurveyNews, Surveyor},
     telemetry::{Key, StreamConfig},
 };
 use log::info;
@@ -66,6 +64,22 @@ pub struct Settings {
     pub recording: bool,
     /// The key of commands that need one; `None`: none was provisioned.
     pub key: Option<[u8; 32]>,
+}
+
+/// Buffers of the application, in static RAM.
+pub struct Statics<'a, F> {
+    /// Samples to attitudes and models.
+    pub probe: &'a mut Probe,
+    /// Attitudes to surveys.
+    pub surveyor: &'a mut Surveyor,
+    /// Recorder of the second with the worst vibration.
+    pub burst: &'a mut Burst,
+    /// Line that sends messages to the host.
+    pub line: &'a mut Line,
+    /// Receiver of the host's commands.
+    pub commands: &'a mut Commands,
+    /// Stored models; `None` if no flash can be used: the probe flies without.
+    pub memory: Option<&'a mut Memory<F>>,
 }
 
 /// Counters of the application since the start.

@@ -1,6 +1,6 @@
-//! Runs without hardware: records of a run, and sensor models at register level, to run real driver code without a
-//! sensor: the ST ISM330DHCX and the PNI RM3100
-//! behind `embedded_hal`'s [`SpiDevice`](embedded_hal::spi::SpiDevice) and [`I2c`](embedded_hal::i2c::I2c).
+//! Runs without hardware: [`Record`]s of a run, and sensor models at register level, to run real driver code without a
+//! sensor: the ST ISM330DHCX and the PNI RM3100 behind `embedded_hal`'s [`SpiDevice`](embedded_hal::spi::SpiDevice) and
+//! [`I2c`](embedded_hal::i2c::I2c).
 //!
 //! A model is played a truth in SI units ([`Sample`](crate::Sample)s, body axes, time passed in) and converts it as
 //! the data sheet says: sensitivity, rounding, saturation, output data rate, FIFO, flags. Nothing here knows a

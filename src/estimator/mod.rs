@@ -86,8 +86,9 @@ use preintegration::Preintegration;
 use prior::Prior;
 use remainder::Remainder;
 use rest::Rests;
+use rows::SCRATCH;
 use share::Shares;
-use update::{SCRATCH, Update};
+use update::Update;
 use window_cost::Centre;
 use work::Task;
 

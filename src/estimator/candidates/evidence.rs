@@ -17,7 +17,12 @@ use super::{
     rules::Rules,
     steadiness::Steadiness,
 };
-use crate::estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH};
+use crate::estimator::{
+    columns::NUISANCES,
+    globals::Globals,
+    real::Real,
+    rows::{SCRATCH, WIDTH},
+};
 
 /// Columns that are loaded in one piece of work.
 const LOADED: usize = 24;

@@ -31,15 +31,13 @@ use super::{
     parameters::Parameters,
     preintegration::{Preintegration, Turned},
     real::{M3, Real, V3},
-    rows::WIDTH,
+    rows::{SCRATCH, WIDTH},
     taken_out::TakenOut,
-    update::SCRATCH,
 };
 use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Snapshot};
 pub use candidate_id::{CandidateId, CandidateSet};
 pub use claims::Claim;
 pub(super) use claims::Units;
-
 use places::{Place, Places};
 use root::Root;
 pub use rules::Rules;
@@ -116,7 +114,8 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             if self.places.first_column(index, 0).is_none() {
                 self.places.give_columns(index, *effect, 0);
             }
-            for (column, place) in self.places.in_use().iter().enumerate().take(EFFECTS) {
+            for column in 0..self.places.used() {
+                let Some(place) = self.places.in_use().get(column) else { break };
                 let k = usize::from(place.parameter);
                 if place.effect != found.index || place.usual <= 0.0 {
                     continue;
@@ -234,7 +233,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.drop_step(claim.step);
     }
 
-    /// Looks for a bias step from a shock on, see [`Shocks::begin_step`](super::shocks::Shocks::begin_step).
+    /// Looks for a bias step from a shock on, see [`Shocks::begin_step`].
     pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
         if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
             self.empty_step(step);

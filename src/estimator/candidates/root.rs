@@ -5,10 +5,9 @@ use crate::estimator::{
     globals::Globals,
     node::Node,
     real::Real,
-    rows::{CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
+    rows::{CONSTANT, GLOBAL, NEW, ROWS, SCRATCH, WIDTH},
     square_root::{Pivot, reflect, reflect_two},
     unrolled::add_times,
-    update::SCRATCH,
 };
 
 /// Rows of the effects, behind those of node and globals.

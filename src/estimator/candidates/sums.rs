@@ -8,8 +8,7 @@ use crate::{
         node::Kind,
         preintegration::{Preintegration, Turned},
         real::{M3, Real, V3, zero3},
-        rows::{NEW, OLD, WIDTH},
-        update::{REST_WEIGHT, SCRATCH},
+        rows::{NEW, OLD, REST_WEIGHT, SCRATCH, WIDTH},
     },
 };
 
@@ -116,7 +115,8 @@ impl<T: Real, const EFFECTS: usize> Sums<T, EFFECTS> {
         let of_place = at(position, NEW + POSITION);
         let of_place_by_speed = at(position, NEW + VELOCITY);
         let rests = kind == Kind::Rest;
-        for column in 0..used {
+        // A limit that the compiler knows: no index has to be checked.
+        for column in 0..if used < EFFECTS { used } else { EFFECTS } {
             let rotation = attitude * self.rotation[column];
             put(of_rotation, column, &of_turn, &-rotation);
             put(of_field, column, &of_mean, &-(attitude * self.field[column] * share));

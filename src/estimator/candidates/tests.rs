@@ -14,8 +14,7 @@ use crate::{
     estimator::{
         columns::{GLOBALS, NODE},
         globals::Globals,
-        rows::{CONSTANT, GLOBAL, ROWS, WIDTH},
-        update::SCRATCH,
+        rows::{CONSTANT, GLOBAL, ROWS, SCRATCH, WIDTH},
     },
 };
 use nalgebra::Vector3;

@@ -16,8 +16,8 @@ use crate::{
         preintegration::Preintegration,
         reading::Taken,
         real::{M3, V3, identity, rotation, rotation_vector, zero3},
-        rows::{CONSTANT, NEW, OLD, ROWS},
-        update::{SCRATCH, Update},
+        rows::{CONSTANT, NEW, OLD, ROWS, SCRATCH},
+        update::Update,
     },
 };
 use core::ops::Range;

@@ -9,8 +9,7 @@ use super::{
 use crate::estimator::{
     node::Node,
     real::{identity, rotation_vector},
-    rows::{CONSTANT, NEW, WIDTH},
-    update::SCRATCH,
+    rows::{CONSTANT, NEW, SCRATCH, WIDTH},
 };
 use nalgebra::{SMatrix, SVector};
 use rand_core::SeedableRng;
