@@ -1,7 +1,7 @@
 //! Units, signs and axes of a trace that is flown as it is: what cannot be is refused by name, and what is
 //! only hard is not.
 
-use meerkat_mwd::{Config, Sample};
+use meerkat_mwd::Sample;
 use mwd::{
     flight::configuration::of_trace,
     import::plausible::checked,
