@@ -46,9 +46,6 @@ pub struct Config {
     pub sample_period_us: u32,
     /// Seed of the population search. Equal samples, configuration and seed give equal bytes.
     pub seed: u64,
-    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough to take
-    /// effect before it.
-    pub freeze_at_us: Option<u64>,
     /// Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
     /// and magnets that come and go. Default `true`.
     pub effects: bool,
@@ -77,7 +74,6 @@ impl Default for Config {
         Self {
             sample_period_us: 5_000,
             seed: 1,
-            freeze_at_us: None,
             effects: true,
             full_scale: FullScale::default(),
             gyro: GyroModel::IDENTITY,
@@ -97,7 +93,6 @@ impl Config {
     pub(crate) const UNSET: Self = Self {
         sample_period_us: 0,
         seed: 0,
-        freeze_at_us: None,
         effects: false,
         full_scale: FullScale { gyro_rad_s: None, accel_m_s2: None, mag_ut: None },
         gyro: GyroModel::UNSET,
@@ -150,32 +145,4 @@ pub(crate) fn micros(seconds: f32) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_default_is_valid_and_a_bad_field_is_named() {
-        assert_eq!(Config::default().validate(), Ok(()));
-        let mut config = Config::default();
-        config.identification.step_s = 1.0;
-        assert_eq!(config.validate().map_err(|e| e.field), Err("identification.step_s"));
-        config = Config::default();
-        config.gyro.p[0][0] = f32::NAN;
-        assert_eq!(config.validate().map_err(|e| e.field), Err("gyro"));
-        config = Config::default();
-        config.latency.mag_s = Some(-0.001);
-        assert_eq!(config.validate().map_err(|e| e.field), Err("latency.mag_s"));
-        // Degrees in place of radians.
-        config = Config::default();
-        config.earth.latitude_rad = Some(45.0);
-        assert_eq!(config.validate().map_err(|e| e.field), Err("earth.latitude_rad"));
-        config.earth.latitude_rad = Some(-FRAC_PI_2);
-        config.earth.dip_rad = Some(f32::NAN);
-        assert_eq!(config.validate().map_err(|e| e.field), Err("earth.dip_rad"));
-        config.earth.dip_rad = Some(FRAC_PI_2);
-        assert_eq!(config.validate(), Ok(()));
-        config = Config::default();
-        config.survey.near_vertical_rad = 0.0;
-        assert_eq!(config.validate().map_err(|e| e.field), Err("survey.near_vertical_rad"));
-    }
-}
+mod tests;

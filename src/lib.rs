@@ -27,13 +27,12 @@
 //! | `image-slots` | two images of the program in flash, with trial and rollback |
 //! | `telemetry` | frames for a line, their queue, the survey word of a mud pulser |
 //! | `commands` | commands to the probe, with a keyed authentication code |
-//! | `survey-records` | records of surveys and drilling dynamics |
 //! | `application` | the probe's program over a `Board` |
 //! | `bus` | registers over SPI and I2C, for a driver of one's own |
 //! | `async` | drivers and adapters over `embedded-hal-async`, too |
 //! | `rm3100`, `iis2mdc` | magnetometers: PNI RM3100, ST IIS2MDC |
 //! | `ism330dhcx`, `lsm6dsv320x`, `icm42688`, `bmi088` | gyros with accelerometers: ST ISM330DHCX and LSM6DSV320X, TDK ICM-42688-P, Bosch BMI088 |
-//! | `sensor-models` | register-level models of the ISM330DHCX and the RM3100, with faults |
+//! | `emulation` | register-level models of the ISM330DHCX and the RM3100, with faults, and records of a run |
 //! | `baseline-searches` | the searches that IMOA is compared with |
 //! | `explanation` | what an update rests on, for tools on a desk |
 //! | `defmt` | `defmt::Format` of public enums and errors, on a chip |
@@ -80,11 +79,11 @@ pub mod sensors;
 #[cfg(feature = "storage")]
 pub mod storage;
 pub mod survey;
-#[cfg(feature = "serde")]
+#[cfg(feature = "telemetry")]
 pub mod telemetry;
 
-#[cfg(feature = "sensor-models")]
-pub mod sensor_models; // register-level models of sensors, for runs without hardware
+#[cfg(feature = "emulation")]
+pub mod emulation; // models of sensors and records, for runs without hardware
 
 mod algebra;
 mod change;

@@ -202,6 +202,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.session.counters.samples += 1;
 
         self.take_effect(sample.t_us);
+        if sample.t_us >= self.identifier.freeze_us() {
+            self.pipeline.watch.freeze();
+        }
         if self.session.look_due_us > 0 && sample.t_us >= self.session.look_due_us {
             self.session.look_due_us = 0;
             if let Some(known) = self.identifier.known_attitude() {
@@ -246,12 +249,15 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         })
     }
 
-    /// Starts anew from the present configuration after the clock went back. The counters go on.
+    /// Starts anew from the present configuration after the clock went back. The counters go on, and a freeze stays.
     #[inline(never)]
     fn begin_afresh(&mut self) {
-        let (config, counters) = (self.config, self.session.counters);
+        let (config, counters, frozen_at_us) = (self.config, self.session.counters, self.frozen_at_us());
         // This configuration was valid before.
         let _ = self.configure(&config);
+        if let Some(at_us) = frozen_at_us {
+            self.freeze(at_us);
+        }
         self.session.counters = counters;
         count(&mut self.session.counters.gaps);
         self.session.began_afresh = true;
@@ -311,6 +317,14 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
         self.session.overspent = spent.saturating_sub(budget);
         self.identifier.take_report()
+    }
+
+    /// Lets nothing new take effect after an instant of the samples' time, for a part that is held out: the last window
+    /// ends [`latency_s`](crate::config::IdentificationConfig::latency_s) before it, and its result lands on it. A magnet
+    /// that comes later is taken out only if it was known before. Call it after [`Probe::configure`] and two latencies
+    /// ahead; it lasts until the next configuration.
+    pub fn freeze(&mut self, at_us: u64) {
+        self.identifier.freeze(at_us);
     }
 
     /// Sets the library of effects that takes effect with the next [`Probe::configure`]. The default is

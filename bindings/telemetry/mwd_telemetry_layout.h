@@ -158,7 +158,6 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "struct Config",
     "  sample_period_us u32",
     "  seed u64",
-    "  freeze_at_us ?u64",
     "  effects bool",
     "  full_scale FullScale",
     "  gyro GyroModel",

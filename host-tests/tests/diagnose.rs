@@ -156,7 +156,7 @@ fn turned_axes_that_the_library_does_not_have_are_laid_on_nothing_else() {
     for (seed, inclination_deg) in [(0, 45.0), (1, 0.0), (2, 45.0), (3, 0.0)] {
         let mag_matrix = [[0.0, 0.01, -0.01], [-0.01, 0.0, 0.012], [0.01, -0.012, 0.0]];
         let trace = run(Effects { mag_matrix, ..Effects::default() }, inclination_deg, seed);
-        let flight = fly_with(&WITHOUT, &of_trace(&trace), &trace.samples, |_| {}).unwrap();
+        let flight = fly_with(&WITHOUT, &of_trace(&trace), None, &trace.samples).unwrap();
         let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive()).unwrap();
         let blamed: Vec<_> = last
             .found()

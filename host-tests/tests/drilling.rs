@@ -11,7 +11,7 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::{
-    flight::{Flight, configuration::of_trace, fly},
+    flight::{Flight, configuration::of_trace, fly, fly_frozen},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
@@ -23,12 +23,10 @@ const SEEDS: u64 = 20;
 /// One window: 10 s at rest, then drilling.
 const WINDOW_END_S: f64 = 50.0;
 
-/// Frozen as soon as the result of the first window has taken effect.
-fn frozen_after_one_window(trace: &Trace) -> Config {
-    let mut config = of_trace(trace);
+/// Flies a run, frozen as soon as the result of the first window has taken effect.
+fn frozen_after_one_window(trace: &Trace, config: &Config) -> Flight {
     let latency_us = (config.identification.latency_s * 1e6) as u64;
-    config.freeze_at_us = Some(trace.first_us() + (WINDOW_END_S * 1e6) as u64 + latency_us);
-    config
+    fly_frozen(config, trace.first_us() + (WINDOW_END_S * 1e6) as u64 + latency_us, &trace.samples).unwrap()
 }
 
 fn flown_model(flight: &Flight) -> (GyroModel, WindowReport) {
@@ -39,8 +37,8 @@ fn flown_model(flight: &Flight) -> (GyroModel, WindowReport) {
 
 /// Systematic rate errors over the six minutes after the freeze, deg/s: of the raw gyro, of the factory's P
 /// with the window's bias, and of what is flown.
-fn rate_errors(trace: &Trace, truth: &Truth, config: &Config, flight: &Flight) -> [f64; 3] {
-    let from = trace.samples.partition_point(|s| s.t_us < config.freeze_at_us.unwrap());
+fn rate_errors(trace: &Trace, truth: &Truth, flight: &Flight) -> [f64; 3] {
+    let from = trace.samples.partition_point(|s| s.t_us < flight.frozen_at_us.unwrap());
     let rates = &trace.true_rate.as_ref().unwrap()[from..];
     let (flown, report) = flown_model(flight);
     [GyroModel::IDENTITY, report.bias_only, flown]
@@ -60,9 +58,8 @@ fn one_window_is_enough(name: &str, most_deg_s: f64) {
     let mut errors = Vec::new();
     for seed in 0..SEEDS {
         let (trace, truth) = simulate(&scenario, seed);
-        let config = frozen_after_one_window(&trace);
-        let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-        let [raw, bias_only, flown] = rate_errors(&trace, &truth, &config, &flight);
+        let flight = frozen_after_one_window(&trace, &of_trace(&trace));
+        let [raw, bias_only, flown] = rate_errors(&trace, &truth, &flight);
         let (_, report) = flown_model(&flight);
         println!(
             "{name} seed {seed:2}: raw {raw:6.3}  bias only {bias_only:6.3}  flown {flown:6.3} deg/s  {:?}",
@@ -101,10 +98,10 @@ fn imoa_reaches_the_optimum_of_levenberg_marquardt_in_the_evaluations_that_it_is
     let scenario = Scenario { duration_s: 56.0, ..scenario("drilling_45deg") };
     let (trace, _) = simulate(&scenario, 100);
     let cost = |optimizer: OptimizerKind, seed: u64| {
-        let mut config = frozen_after_one_window(&trace);
+        let mut config = of_trace(&trace);
         config.identification.optimizer = optimizer;
         config.seed = seed;
-        let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+        let flight = frozen_after_one_window(&trace, &config);
         let (_, report) = flown_model(&flight);
         assert!(report.evaluations <= config.identification.max_evaluations, "{}", report.evaluations);
         assert_eq!(report.decision, Decision::Accepted);

@@ -104,7 +104,7 @@ fn assert_bit_identical(host: &flight::Flight, chip: &flight::Flight) {
 fn fly_on_both(config: &Config, samples: &[Sample]) -> Option<EmulatedFlight> {
     toolchain()?;
     let host = flight::fly(config, samples, |_| ()).unwrap();
-    let emulated = emulate::fly_emulated(config, samples, Feed::Direct).unwrap();
+    let emulated = emulate::fly_emulated(config, None, samples, Feed::Direct).unwrap();
     assert_bit_identical(&host, &emulated.flight);
     assert_eq!(emulated.summary.push.calls, samples.len() as u64);
     assert_eq!(emulated.summary.poll.calls, samples.len() as u64);
@@ -163,8 +163,8 @@ fn the_bundled_recordings_are_bit_identical_on_host_and_chip() {
 fn the_instruction_counter_is_exact_and_repeats() {
     let Some(toolchain) = toolchain() else { return };
     let samples = troubled_samples(1_500, 7);
-    let first = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
-    let second = emulate::fly_emulated(&Config::default(), &samples, Feed::Direct).unwrap();
+    let first = emulate::fly_emulated(&Config::default(), None, &samples, Feed::Direct).unwrap();
+    let second = emulate::fly_emulated(&Config::default(), None, &samples, Feed::Direct).unwrap();
     assert_eq!(first, second, "the same flight costs the same");
     // 64 ns an instruction at 168 MHz.
     assert_eq!(first.summary.ticks_per_1000_instructions, 10_752);
@@ -184,7 +184,7 @@ fn every_counted_call_is_in_the_firmware_and_costs_what_the_chip_counts() {
     let (trace, _) = simulate(&scenario, 100);
     let config = configuration::of_trace(&trace);
     let costs = count_calls(&config, &trace.samples).unwrap();
-    let flown = emulate::fly_emulated(&config, &trace.samples, Feed::Direct).unwrap();
+    let flown = emulate::fly_emulated(&config, None, &trace.samples, Feed::Direct).unwrap();
     let [sample, work, piece, node] = [Call::Sample, Call::Work, Call::Piece, Call::Node].map(|call| costs.of(call));
     assert_eq!((sample.count, work.count), (trace.samples.len() as u64, trace.samples.len() as u64));
     // The chip counts its call's own instructions beside those of the function that is called.
@@ -293,12 +293,12 @@ fn the_firmware_refuses_a_bad_trace_with_a_message() {
     let malformed = "trace.bin does not hold a configuration and whole samples";
     assert!(message(&[]).contains(malformed));
 
-    let trace = wire::encode_trace(&Config::default(), None, troubled_samples(300, 8)).unwrap();
+    let trace = wire::encode_trace(&Config::default(), None, None, troubled_samples(300, 8)).unwrap();
     assert!(message(&trace[..trace.len() - 1]).contains(malformed));
 
     let mut config = Config::default();
     config.identification.max_evaluations = 0;
-    let trace = wire::encode_trace(&config, None, []).unwrap();
+    let trace = wire::encode_trace(&config, None, None, []).unwrap();
     assert!(message(&trace).contains("identification.max_evaluations must be 1 to 100000"), "{}", message(&trace));
 }
 

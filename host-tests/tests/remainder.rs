@@ -35,7 +35,7 @@ fn scenario(change: impl Fn(&mut Scenario)) -> Scenario {
 fn diagnoses(library: &'static [&'static dyn Effect], change: impl Fn(&mut Scenario)) -> [Vec<DiagnosisReport>; 3] {
     [0, 1, 2].map(|seed| {
         let trace = simulate(&scenario(&change), seed).0;
-        let all = fly_with(library, &of_trace(&trace), &trace.samples, |_| {}).unwrap().diagnoses;
+        let all = fly_with(library, &of_trace(&trace), None, &trace.samples).unwrap().diagnoses;
         for report in &all {
             let from_s = report.t_start_us as f64 * 1e-6;
             let names: Vec<_> = names(&report.remainder);

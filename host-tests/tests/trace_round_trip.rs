@@ -223,11 +223,12 @@ fn a_trace_in_a_temporary_file_flies_and_scores_as_one_in_memory() {
     assert_eq!(held.facts(), spooled.facts());
     let config = of_trace(&held);
     assert_eq!(config, of_trace(&spooled));
-    let [in_memory, in_a_file] = [&held, &spooled].map(|trace| fly_on(started(&config, None).unwrap(), trace, |_| {}));
+    let [in_memory, in_a_file] =
+        [&held, &spooled].map(|trace| fly_on(started(&config, None, None).unwrap(), trace, |_| {}));
     assert!(in_a_file.outputs.is_empty() && in_memory.outputs().eq(in_a_file.outputs()));
     assert_eq!(in_memory.reports, in_a_file.reports);
     let scores = [(&held, &in_memory), (&spooled, &in_a_file)].map(|(trace, flight)| {
-        (score(trace, flight, &Settings::of(trace, &config)), diagnosed(trace, &config, flight).residual)
+        (score(trace, flight, &Settings::of(trace, &config, flight)), diagnosed(trace, &config, flight).residual)
     });
     assert_eq!(scores[0], scores[1]);
     let of_held = scores[0].0.unwrap();

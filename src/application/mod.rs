@@ -10,6 +10,7 @@ mod factory;
 mod line;
 mod log;
 mod memory;
+mod owed_work;
 mod program_update;
 mod reports;
 #[cfg(feature = "bus")]
@@ -38,14 +39,8 @@ use crate::{
     telemetry::{Key, StreamConfig},
 };
 use log::info;
+use owed_work::OwedWork;
 use stage::Progress;
-
-/// Units of work in one piece: 50,000 cycles. Work that cannot be divided overshoots this; the next pieces are then
-/// shorter.
-const SLICE_UNITS: u32 = 100;
-
-/// Most work that is put off while the loop is short of time, in samples' budgets: a second at 200 Hz.
-const OWED_SAMPLES: u32 = 200;
 
 /// Reports of the vibration dose from one that is stored to the next: half an hour. At 128 bytes each the stored ones
 /// fill a sector of 16 KiB in 64 hours.
@@ -113,7 +108,7 @@ pub struct Application<'a, B: Board> {
     next_sequence: u32,
     /// Number of the first sample since the pipeline started afresh.
     first_sequence: u32,
-    owed_units: u32,
+    owed: OwedWork,
     /// True while the estimator's state is being written to flash, a tenth of a second; identification waits until
     /// then.
     filter_stays: bool,
@@ -157,7 +152,7 @@ impl<'a, B: Board> Application<'a, B> {
             begun: false,
             next_sequence: 0,
             first_sequence: 0,
-            owed_units: 0,
+            owed: OwedWork::default(),
             filter_stays: false,
             doses: 0,
             progress: Progress::default(),
@@ -260,11 +255,7 @@ impl<'a, B: Board> Application<'a, B> {
             self.restarted();
         }
         let budget = self.statics.probe.poll_budget_at(self.board.clock_hz());
-        let most = budget.saturating_mul(OWED_SAMPLES);
-        self.owed_units = self.owed_units.saturating_add(budget);
-        if self.owed_units > most {
-            self.owed_units = most;
-        }
+        self.owed.add(budget);
     }
 
     /// Restores a stored model before the first sample is flown: the sample's temperature selects the model.
@@ -279,6 +270,12 @@ impl<'a, B: Board> Application<'a, B> {
         self.statics.line.want_boot();
     }
 
+    /// Notes that the pipeline has started afresh: a boot is to be reported.
+    fn restarted(&mut self) {
+        self.first_sequence = self.next_sequence;
+        self.statics.line.want_boot();
+    }
+
     /// Does one bounded piece of identification or diagnosis. Returns true if more is owed.
     #[inline(never)]
     fn work(&mut self) -> bool {
@@ -287,11 +284,10 @@ impl<'a, B: Board> Application<'a, B> {
             self.filter_stays = memory.as_mut().is_some_and(|memory| memory.step(probe));
             return true;
         }
-        let slice = if self.owed_units < SLICE_UNITS { self.owed_units } else { SLICE_UNITS };
-        self.owed_units -= slice;
-        if slice > 0 {
+        let units = self.owed.take_piece();
+        if units > 0 {
             let Statics { probe, line, memory, .. } = &mut self.statics;
-            if let Some(report) = probe.poll(slice) {
+            if let Some(report) = probe.poll(units) {
                 if let Some(memory) = memory {
                     memory.window(probe, &report);
                 }
@@ -304,7 +300,7 @@ impl<'a, B: Board> Application<'a, B> {
         if let Some(memory) = memory {
             self.filter_stays = memory.step(probe);
         }
-        self.filter_stays || self.owed_units > 0
+        self.filter_stays || !self.owed.is_done()
     }
 
     /// Sends one frame at most, and reads the bytes received.
@@ -313,7 +309,7 @@ impl<'a, B: Board> Application<'a, B> {
         let now_us = self.board.now_us();
         if now_us >= self.health_us || !self.statics.commands.self_test.is_empty() {
             self.health_us = now_us + HEALTH_US;
-            self.report_health(now_us);
+            reports::health(&self.board, &mut self.statics, &self.counts.delays, now_us);
             self.report_program(now_us);
         }
         self.take_diagnosis(now_us);
@@ -321,7 +317,7 @@ impl<'a, B: Board> Application<'a, B> {
         let Statics { surveyor, burst, line, .. } = &mut self.statics;
         line.queue_results(now_us, surveyor, burst);
         if line.takes_boot() {
-            self.report_boot(now_us);
+            reports::boot(&self.board, &mut self.statics, self.first_sequence, now_us);
         }
         self.statics.line.transmit(&mut self.board);
         self.go_on_updating();

@@ -28,7 +28,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Asks for the attitude at the time of the last [`Estimator::push`], which must have returned true.
     pub fn look(&mut self) {
         self.known_attitude.clear();
-        self.waiting.push(Item::Look);
+        self.intake.ask(Item::Look);
     }
 
     /// Attitude that [`Estimator::look`] asked for last; `None` until [`Estimator::step`] has worked up to its time,

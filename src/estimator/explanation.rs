@@ -7,8 +7,9 @@ use super::{
     candidates::Candidates,
     columns::{GLOBALS, P},
     real::Real,
+    rows::SCRATCH,
     rows::WIDTH,
-    update::{BY_REST, FIELD_READ, POSITION_BOUND, SCRATCH, VELOCITY_BOUND},
+    update::{BY_REST, FIELD_READ, POSITION_BOUND, VELOCITY_BOUND},
     widths::{GROUPS, Widths},
 };
 

@@ -23,6 +23,7 @@ mod gate;
 mod gaussian;
 mod globals;
 mod increment;
+mod intake;
 mod learnt;
 mod left_over;
 mod neighbours;
@@ -41,7 +42,6 @@ mod rows;
 mod settings;
 mod share;
 mod square_root;
-mod start;
 mod unrolled;
 mod taken_out;
 mod update;
@@ -69,7 +69,7 @@ pub use work::UNIT_CYCLES;
 
 use crate::{
     algebra::real::{self, V3, zero3},
-    compensation::{Effect, GyroModel},
+    compensation::{ActiveEffects, Effect, GyroModel, Theta},
     sample::Reading,
 };
 use averaging::Averaging;
@@ -77,7 +77,8 @@ use candidates::{Candidates, evidence::Evidence};
 use course::Course;
 use globals::Globals;
 use heapless::Vec;
-use increment::{Builder, Composition, Item};
+use increment::Item;
+use intake::Intake;
 use left_over::LeftOver;
 use node::{Kind, Node};
 use parameters::Parameters;
@@ -85,49 +86,18 @@ use preintegration::Preintegration;
 use prior::Prior;
 use remainder::Remainder;
 use rest::Rests;
+use rows::SCRATCH;
 use share::Shares;
-use update::{SCRATCH, Update};
-use waiting::Waiting;
+use update::Update;
 use window_cost::Centre;
-
-/// Piece of work in progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Task {
-    /// Takes the next waiting item.
-    Next,
-    /// Eliminates the old states from a node's rows.
-    Eliminating,
-    /// Adds the remaining rows to the globals, from this column on.
-    Absorbing(usize),
-    /// Adds the remaining rows to the effects' own, from this column on.
-    AbsorbingOwn(usize),
-    /// Weighs the effects.
-    Weighing,
-    /// Adds the uncertainty of the effects that are taken out to the covariance, one after the other.
-    Spreading(usize),
-    /// Widens each global that walks, from this column on.
-    Widening(usize),
-    /// Makes the widened root triangular, from this column on.
-    Walking(usize),
-    /// Gathers the globals' covariance, from this column of the root's inverse on.
-    Gathering(usize),
-    /// Averages the posterior.
-    Averaging,
-    /// Gathers the bound of the search's cost, from this node on.
-    Bounding(usize),
-}
+use work::Task;
 
 /// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes
 /// before [`Estimator::configure`].
 pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize = EFFECTS> {
     settings: Settings,
     prior: Prior<T>,
-    builder: Builder<T>,
-    has_sample: bool,
-    /// Seconds before the next sample that the samples' times do not show.
-    waited_s: f32,
-    last_us: u64,
-    waiting: Waiting<T>,
+    intake: Intake<T>,
     task: Task,
     course: Course<T>,
     /// Mean of the bias's prior, rad/s, raw frame.
@@ -157,8 +127,6 @@ pub struct Estimator<T = f32, const NODES: usize = WINDOW_NODES, const E: usize 
     posterior: Vec<Posterior, 1>,
     known_attitude: Vec<KnownAttitude, 1>,
     shares: Shares<T>,
-    /// Model with which rotations are composed: the flown one, so that both change at the same instants.
-    composed_with: Composition<T>,
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -168,11 +136,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Self {
             settings: Settings::UNSET,
             prior: Prior::zero(),
-            builder: Builder::zero(),
-            has_sample: false,
-            waited_s: 0.0,
-            last_us: 0,
-            waiting: Waiting::new(),
+            intake: Intake::zero(),
             task: Task::Next,
             course: Course::zero(),
             bias: zero3(),
@@ -196,35 +160,76 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             posterior: Vec::new(),
             known_attitude: Vec::new(),
             shares: Shares::zero(),
-            composed_with: Composition::zero(),
         }
+    }
+
+    /// Sets the configuration and starts afresh.
+    pub fn configure(&mut self, settings: &Settings, library: &'static [&'static dyn Effect]) {
+        self.candidates.configure(library);
+        self.settings = *settings;
+        self.intake.start(settings);
+        self.remainder.start();
+        self.was_unexplained = false;
+        self.shares = Shares::zero();
+        self.rests.start();
+        let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
+        self.bias = V3::new(x, y, z);
+        self.begin();
+        self.posterior.clear();
+        self.known_attitude.clear();
+    }
+
+    /// Starts from the factory's prior.
+    fn begin(&mut self) {
+        self.prior = Prior::of(&self.settings);
+        self.task = Task::Next;
+        self.course.begin();
+        self.candidates.begin();
+        self.evidence.clear();
+        self.globals.start();
+        self.node.referred = 0;
+        self.updates = self.updates.wrapping_add(1);
+        self.rests.interrupt();
+        self.start_node();
+        self.left_over.start();
+        self.averaging = Averaging::zero();
+        self.centre.clear();
+        self.linearise();
+    }
+
+    /// Computes the parameters at the present globals.
+    fn linearise(&mut self) {
+        let mut x = self.globals.x;
+        for (x, sigma) in x.iter_mut().zip(&self.prior.sigma) {
+            *x *= *sigma;
+        }
+        self.parameters = Parameters::new(&x, &self.bias, &self.prior.p);
+    }
+
+    /// Starts about a stored model with its deviations: P's prior is about the model's P, as wide as that was known and may
+    /// have drifted. The bias is another one at every start, and is as unknown as without the
+    /// model. The effects that were taken out still are. If the samples contradict the model, it is forgotten.
+    pub fn restore(&mut self, model: &GyroModel, deviations: &Theta, effects: &ActiveEffects) {
+        self.prior.restore(model, deviations);
+        self.candidates.restore(effects);
+        self.linearise();
     }
 
     /// Takes one sample: raw rate, rad/s; specific force, m/s^2, and field, microtesla, calibrated; temperature over
     /// the effects' reference temperature, K. Time must increase. Returns true if an increment ends with it: then
     /// [`Estimator::look`] can ask for the attitude.
     pub fn push(&mut self, t_us: u64, [rate, force, field]: [Reading; 3], warming_k: Option<f32>) -> bool {
-        self.builder.warm(warming_k);
-        let waited_s = core::mem::replace(&mut self.waited_s, 0.0);
-        let step_s = if self.has_sample { t_us.saturating_sub(self.last_us) as f32 * 1e-6 + waited_s } else { 0.0 };
-        (self.has_sample, self.last_us) = (true, t_us);
-        if let Some(item) = self.builder.push((t_us, step_s), &self.composed_with, [rate, force, field]) {
-            self.waiting.push(item);
-            return true;
-        }
-        false
+        self.intake.push(t_us, [rate, force, field], warming_k)
     }
 
     /// Announces seconds before the next sample that the samples' times do not show: a clock stood still.
     pub const fn wait(&mut self, seconds: f32) {
-        self.waited_s = seconds;
+        self.intake.wait(seconds);
     }
 
     /// Sets the flown model, with which rotations are composed: it changes at instants of the samples' own time.
     pub fn compose_with(&mut self, model: &GyroModel) {
-        if let Some(composition) = Composition::new(model) {
-            self.composed_with = composition;
-        }
+        self.intake.compose_with(model);
     }
 
     /// Steps the mean of the bias, raw frame.
@@ -238,7 +243,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// [`Estimator::window_cost`].
     pub fn close(&mut self, is_searched: bool) {
         self.posterior.clear();
-        self.waiting.push(Item::Close { is_searched });
+        self.intake.ask(Item::Close { is_searched });
     }
 
     /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.
@@ -309,7 +314,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Increments that were lost because [`Estimator::step`] was called too seldom.
     #[must_use]
     pub const fn lost(&self) -> u32 {
-        self.waiting.lost
+        self.intake.lost()
     }
 
     /// Seconds of motion since the start.

@@ -4,8 +4,8 @@
 use super::{
     preintegration::{Preintegration, largest, squared_angle},
     real::{Real, V3, norm, square, zero3},
+    rows::REST_WEIGHT,
     settings::Settings,
-    update::REST_WEIGHT,
 };
 
 /// Shortest node that can be half of a rest, seconds.

@@ -12,18 +12,11 @@ use super::{
         see, weight,
     },
     real::{Real, zero3, zero33},
-    rows::{self, Block, CONSTANT, GLOBAL, NEW, ROWS, WIDTH},
+    rows::{self, Block, CONSTANT, GLOBAL, NEW, REST_WEIGHT, ROWS, SCRATCH, WIDTH},
 };
 
-/// Deviation of a rest's rate from zero, beyond the gyro's own noise: 0.05 deg/s, the slowest turn that a second of
-/// vector readings can rule out.
-const REST_RATE_RAD_S: f32 = 8.7e-4;
 /// Bound of the speed at rest, m/s.
 const REST_SPEED_M_S: f32 = 0.01;
-/// Rows of an update, 36, and ten more that the evidence of the effects needs.
-pub(super) const SCRATCH: usize = NODE + ROWS + 10;
-/// Weight of the rows of a rest.
-pub(super) const REST_WEIGHT: f32 = 1.0 / REST_RATE_RAD_S;
 
 /// Blocks of three new rows that have a constant, by index: read field, bounds of velocity and position, rest.
 #[cfg(feature = "explanation")]

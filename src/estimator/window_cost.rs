@@ -35,12 +35,15 @@ fn weight(square: f32) -> f32 {
     SPREAD / (SPREAD + square)
 }
 
+/// Nodes whose rows are gathered in one piece of work.
+const BOUND_NODES: usize = 4;
+
 /// Information matrix of P and b.
-pub(super) type Information = Packed<12, 78>;
+type Information = Packed<12, 78>;
 
 /// Adds the information of some nodes' rows.
 #[inline(never)]
-pub(super) fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut Information) {
+fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut Information) {
     for index in nodes {
         let node = rows.node(index);
         let (triples, _) = node.as_chunks::<3>();
@@ -89,12 +92,36 @@ impl Centre {
         information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 
+    /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, from this
+    /// one on, in scratch memory. Returns the node to go on from; `None` when the bound is set.
+    #[inline(never)]
+    pub fn bound_by_rows<T: Real, const NODES: usize>(
+        &mut self,
+        rows: &LeftOver<NODES>,
+        from: usize,
+        scratch: &mut [T],
+    ) -> Option<usize> {
+        let mut left = Information::zero();
+        if from > 0 {
+            left.0.iter_mut().zip(scratch.iter()).for_each(|(left, kept)| *left = kept.narrow());
+        }
+        let count = rows.count();
+        if from >= count {
+            self.bound(&left);
+            return None;
+        }
+        let end = if from + BOUND_NODES < count { from + BOUND_NODES } else { count };
+        gather(rows, from..end, &mut left);
+        scratch.iter_mut().zip(&left.0).for_each(|(kept, left)| *kept = T::of(*left));
+        Some(end)
+    }
+
     /// Lowers the share until the cost has a minimum. Far from the mean no node has any weight, and what is left is the
     /// posterior's information less the rows' (`left`) at their usual weight. Along some direction the rows can hold
     /// more than the posterior, which is averaged over widths and whose P has walked since. The cost then has no lower
     /// bound, and its best point in the search box lies at the edge.
     #[inline(never)]
-    pub fn bound(&mut self, left: &Information) {
+    fn bound(&mut self, left: &Information) {
         // In posterior deviations, where the posterior's own information is the identity.
         let mut half = [[0.0; GYRO]; GYRO];
         for (i, half) in half.iter_mut().enumerate() {

@@ -1,14 +1,13 @@
 //! Work of the estimator between samples, piece by piece.
 
 use super::{
-    Centre, Estimator, Item, Kind, Refusal, Task,
+    Centre, Estimator, Item, Kind, Refusal,
     candidates::{Units, Unturned},
     columns::{GLOBALS, HARD_IRON, NUISANCES},
     increment::Increment,
     reading,
     real::{Real, V3, norm, widened, zero3},
     walk,
-    window_cost::{Information, gather},
 };
 use core::f32::consts::PI;
 use nalgebra::Vector3;
@@ -33,10 +32,35 @@ const WEIGHED_EVERY_US: u64 = 5_000_000;
 const CENTRE_UNITS: u32 = 420;
 const BOUND_UNITS: u32 = 160;
 const CONCLUDING_UNITS: u32 = 260;
-/// Nodes whose rows are gathered in one piece.
-const BOUND_NODES: usize = 4;
 /// Columns of the root's inverse that are gathered in one piece.
 const GATHERED: usize = 4;
+
+/// Piece of work in progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    /// Takes the next waiting item.
+    Next,
+    /// Eliminates the old states from a node's rows.
+    Eliminating,
+    /// Adds the remaining rows to the globals, from this column on.
+    Absorbing(usize),
+    /// Adds the remaining rows to the effects' own, from this column on.
+    AbsorbingOwn(usize),
+    /// Weighs the effects.
+    Weighing,
+    /// Adds the uncertainty of the effects that are taken out to the covariance, one after the other.
+    Spreading(usize),
+    /// Widens each global that walks, from this column on.
+    Widening(usize),
+    /// Makes the widened root triangular, from this column on.
+    Walking(usize),
+    /// Gathers the globals' covariance, from this column of the root's inverse on.
+    Gathering(usize),
+    /// Averages the posterior.
+    Averaging,
+    /// Gathers the bound of the search's cost, from this node on.
+    Bounding(usize),
+}
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// Does one bounded piece of work; returns its size in units of [`UNIT_CYCLES`], 0 when there is nothing to do.
@@ -108,7 +132,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     }
 
     fn next(&mut self) -> u32 {
-        match self.waiting.pop() {
+        match self.intake.pop() {
             None => 0,
             Some(Item::Increment(increment)) => {
                 let ends = self.course.neighbours.take().is_some_and(|held| self.take(&held, Some(&increment)));
@@ -150,26 +174,14 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         }
     }
 
-    /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, in
-    /// scratch memory; `true` when the bound is set.
-    #[inline(never)]
+    /// Bounds the search's cost by some nodes' rows; `true` when the bound is set.
     fn bound(&mut self, from: usize) -> bool {
         let Some(centre) = self.centre.first_mut() else { return true };
-        let scratch = self.update.rows.as_flattened_mut();
-        let mut left = Information::zero();
-        if from > 0 {
-            left.0.iter_mut().zip(scratch.iter()).for_each(|(left, kept)| *left = kept.narrow());
+        let next = centre.bound_by_rows(&self.left_over, from, self.update.rows.as_flattened_mut());
+        if let Some(next) = next {
+            self.task = Task::Bounding(next);
         }
-        let count = self.left_over.count();
-        if from >= count {
-            centre.bound(&left);
-            return true;
-        }
-        let end = if from + BOUND_NODES < count { from + BOUND_NODES } else { count };
-        gather(&self.left_over, from..end, &mut left);
-        scratch.iter_mut().zip(&left.0).for_each(|(kept, left)| *kept = T::of(*left));
-        self.task = Task::Bounding(end);
-        false
+        next.is_none()
     }
 
     /// Returns true if a rest has measured the bias: it is then not the factory's any more, with which the filter
@@ -221,7 +233,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.candidates.add(&turned);
         self.remainder.watch(&moment, &(self.node.attitude * turned.middle).map(|x| x.narrow()));
         // A node ends up to half an increment early, as the increments' lengths are rounded.
-        let late = self.pre.seconds + self.builder.seconds() * T::of(0.5);
+        let late = self.pre.seconds + self.intake.increment_s() * T::of(0.5);
         let ends = late >= T::of(NODE_S) || self.pre.angle >= T::of(PI);
         if ends {
             self.end_node();
@@ -291,7 +303,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             }
         }
         // The search's rows hold for what was taken out before; with other effects they would draw it off the mean.
-        if x != self.candidates.x {
+        if x != *self.candidates.x() {
             self.left_over.start();
         }
         self.candidates.take_out(&x, &mut self.globals, &mut self.node);

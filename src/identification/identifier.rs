@@ -139,6 +139,16 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.estimator.lost()
     }
 
+    /// Lets nothing new take effect after an instant.
+    pub fn freeze(&mut self, at_us: u64) {
+        self.schedule.freeze(at_us);
+    }
+
+    /// Instant from which nothing new takes effect; `u64::MAX`: never.
+    pub const fn freeze_us(&self) -> u64 {
+        self.schedule.freeze_us()
+    }
+
     /// Begins at the first sample of all.
     pub fn start(&mut self, t_us: u64) {
         self.schedule.start(t_us);

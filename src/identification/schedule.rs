@@ -40,7 +40,7 @@ pub(super) struct Schedule<T> {
     /// Instants of the next update and of the next window.
     next_us: u64,
     next_window_us: u64,
-    /// Instant of the last update before a freeze.
+    /// Instant of the last update before a freeze, and of the freeze.
     final_us: u64,
     freeze_us: u64,
     state: State,
@@ -72,8 +72,7 @@ impl<T> Schedule<T> {
         self.window_us = micros(id.window_s);
         self.step_us = micros(id.step_s);
         self.latency_us = micros(id.latency_s);
-        self.freeze_us = config.freeze_at_us.unwrap_or(u64::MAX);
-        self.final_us = config.freeze_at_us.map_or(u64::MAX, |t_us| t_us.saturating_sub(self.latency_us));
+        (self.final_us, self.freeze_us) = (u64::MAX, u64::MAX);
         self.state = State::Idle;
         self.result.clear();
     }
@@ -85,18 +84,30 @@ impl<T> Schedule<T> {
         self.schedule(t_us, t_us);
     }
 
-    /// Sets the next update after `now_us`: a regular one, whole periods after `due_us`. The last one before the
-    /// freeze takes its place where it comes first, or so soon after it that the regular one's result would not have
-    /// landed.
+    /// Lets nothing new take effect after an instant: the last window ends one latency before, and lands on it.
+    pub fn freeze(&mut self, at_us: u64) {
+        self.freeze_us = at_us;
+        self.final_us = at_us.saturating_sub(self.latency_us);
+        if self.next_us < u64::MAX {
+            self.next_us = self.or_last(self.next_us);
+        }
+    }
+
+    /// Instant from which nothing new takes effect; `u64::MAX`: never.
+    pub const fn freeze_us(&self) -> u64 {
+        self.freeze_us
+    }
+
+    /// Sets the next update after `now_us`: a regular one, whole periods after `due_us`, or the last before a freeze.
     fn schedule(&mut self, now_us: u64, due_us: u64) {
-        let regular_us = after(now_us, due_us, self.update_us);
-        self.next_us = if now_us >= self.final_us {
-            u64::MAX
-        } else if regular_us.saturating_add(self.latency_us) > self.final_us {
-            self.final_us
-        } else {
-            regular_us
-        };
+        self.next_us =
+            if now_us >= self.final_us { u64::MAX } else { self.or_last(after(now_us, due_us, self.update_us)) };
+    }
+
+    /// Instant of a regular update, or of the last one before a freeze: where that comes first, or so soon after it
+    /// that the regular one's result would not have landed.
+    const fn or_last(&self, regular_us: u64) -> u64 {
+        if regular_us.saturating_add(self.latency_us) > self.final_us { self.final_us } else { regular_us }
     }
 
     /// Delays a pending result by a gap from `last_us` to `t_us`: no work is done in a gap, so it does not count into

@@ -95,18 +95,12 @@ struct WatchSettings {
     period_us: u32,
     grid: Grid,
     rest_limits: RestLimits,
-    /// Time from which no new offset is learnt.
-    freeze_us: u64,
 }
 
 impl WatchSettings {
     /// All zero, for a static.
-    const ZERO: Self = Self {
-        period_us: 0,
-        grid: Grid::zero(),
-        rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 },
-        freeze_us: 0,
-    };
+    const ZERO: Self =
+        Self { period_us: 0, grid: Grid::zero(), rest_limits: RestLimits { deviation_rad_s: 0.0, bias_rad_s: 0.0 } };
 
     fn new(config: &Config) -> Self {
         let id = &config.identification;
@@ -114,7 +108,6 @@ impl WatchSettings {
             period_us: config.sample_period_us,
             grid: Grid::new(config.sample_period_us),
             rest_limits: RestLimits { deviation_rad_s: id.rest_gyro_deviation_rad_s, bias_rad_s: id.max_bias_rad_s },
-            freeze_us: config.freeze_at_us.unwrap_or(u64::MAX),
         }
     }
 }
@@ -167,6 +160,11 @@ impl HardIronWatch {
         self.rests.start(period_us);
     }
 
+    /// Learns no new offset from now on.
+    pub const fn freeze(&mut self) {
+        self.offsets.freeze();
+    }
+
     /// Restarts after a gap: the gyro's frame is lost, the body-fixed offset is not.
     pub fn gap(&mut self, t_us: u64) {
         let WatchSettings { grid, period_us, .. } = self.settings;
@@ -207,9 +205,6 @@ impl HardIronWatch {
             let bias = before.map_or(RestBias::from_rest(&rest), |bias| bias.updated(&rest));
             (self.rest_bias, self.rest_us) = (Some(bias), t_us);
             self.rest(&bias);
-        }
-        if t_us >= self.settings.freeze_us {
-            self.offsets.freeze();
         }
         while let Some(increment) = self.accumulator.close_before(t_us, self.settings.grid) {
             if let Some(node) = self.nodes.push(&increment, self.settings.grid.interval_s(), NODE_S) {

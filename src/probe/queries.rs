@@ -29,6 +29,12 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         &self.config
     }
 
+    /// Instant from which nothing new takes effect, as set by [`Probe::freeze`].
+    #[must_use]
+    pub fn frozen_at_us(&self) -> Option<u64> {
+        Some(self.identifier.freeze_us()).filter(|at_us| *at_us < u64::MAX)
+    }
+
     /// Returns true if the last sample that was taken began a new time base because the clock went back: all that
     /// was learnt is forgotten, the factory's model flies, and the output is flagged
     /// [`AFTER_GAP`](crate::attitude::AttitudeFlags::AFTER_GAP).

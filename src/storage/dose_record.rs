@@ -4,6 +4,7 @@ use super::{
     ModelStore, StorageError,
     little_endian::{Reader, Writer},
     record::{Kind, encode},
+    room,
     sector_size::granules_of,
 };
 use crate::survey::VibrationDose;
@@ -48,7 +49,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let number = self.index.last_number.saturating_add(1);
         let encoded = encode(&mut self.buffer, Kind::DOSE, VERSION, number, |writer| lay_out(writer, dose));
         let granules = encoded.ok_or(StorageError::Full)?;
-        let place = self.take_room(granules, 1, granules_of::<F>() / 2).ok_or(StorageError::Full)?;
+        let place =
+            room::take::<F>(&mut self.sectors, granules, 1, granules_of::<F>() / 2).ok_or(StorageError::Full)?;
         self.index.last_number = number;
         // Parts of the estimator's state that wait for their model have an earlier number: they are given up.
         self.learnt_number = None;

@@ -6,6 +6,7 @@ use super::{
     granules::Place,
     little_endian::Reader,
     record::{Header, Kind},
+    single_values::Rising,
     stored_model,
 };
 
@@ -23,68 +24,6 @@ pub(super) struct Slot {
     pub number: u32,
     pub place: Place,
     pub temperature_c: Option<[f32; 2]>,
-}
-
-/// Single value in one sector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Single {
-    pub value: u64,
-    pub sector: u8,
-    copies: u8,
-}
-
-/// Value that only rises, and is written twice.
-///
-/// A single copy may come from a write that was cut off: it reads whole, but a bit of it may not last. It counts, and
-/// the last value with two whole copies is kept until the new value has been written again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Rising {
-    latest: Option<Single>,
-    settled: Option<Single>,
-    /// Copy that was noted last.
-    noted: Option<Single>,
-}
-
-impl Rising {
-    const NONE: Self = Self { latest: None, settled: None, noted: None };
-
-    /// Notes a whole copy of a value; for equal values the sector noted last counts.
-    pub fn note(&mut self, value: u64, sector: u8) {
-        let before = self.noted.filter(|noted| (noted.value, noted.sector) == (value, sector));
-        let copies = before.map_or(1, |noted| noted.copies.saturating_add(1));
-        let single = Single { value, sector, copies };
-        self.noted = Some(single);
-        let is_latest = |old: &Option<Single>| old.is_none_or(|old| value >= old.value);
-        if is_latest(&self.latest) {
-            self.latest = Some(single);
-        }
-        if copies > 1 && is_latest(&self.settled) {
-            self.settled = Some(single);
-        }
-    }
-
-    /// Returns the highest value with a whole copy.
-    pub const fn value(&self) -> Option<u64> {
-        match self.latest {
-            Some(latest) => Some(latest.value),
-            None => None,
-        }
-    }
-
-    /// Returns the value to be written again before anything is erased or, with a sector, before that sector is erased;
-    /// `None` if two copies of it stay.
-    pub fn unsettled(&self, before_erasing: Option<u8>) -> Option<u64> {
-        let latest = self.latest?;
-        let settled = self.settled.filter(|settled| settled.value == latest.value);
-        let stays = settled.is_some_and(|settled| Some(settled.sector) != before_erasing);
-        (!stays).then_some(latest.value)
-    }
-
-    /// Returns true if the latest and the settled values are the same in both.
-    fn says_the_same_as(&self, other: &Self) -> bool {
-        let value = |single: Option<Single>| single.map(|single| single.value);
-        value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
-    }
 }
 
 /// Findings when the storage was read.
@@ -240,87 +179,4 @@ impl Index {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PLACE: Place = Place { sector: 0, granule: 1 };
-
-    #[test]
-    fn the_nearest_temperature_is_chosen_and_of_equals_the_newest() {
-        let mut index = Index::empty();
-        for (number, t) in [(1, 20.0), (2, 60.0), (3, 100.0), (4, 62.0)] {
-            index.keep(number, PLACE, Some([t, t + 5.0]));
-        }
-        index.keep(5, PLACE, None);
-        let chosen = |t: Option<f32>| index.nearest(t).map(|slot| slot.number);
-        assert_eq!(chosen(Some(21.0)), Some(1));
-        assert_eq!(chosen(Some(-40.0)), Some(1));
-        assert_eq!(chosen(Some(64.0)), Some(4), "2 is of the same band and older");
-        assert_eq!(chosen(Some(170.0)), Some(3));
-        assert_eq!(chosen(None), Some(5));
-        // 105 is in no range; 100 to 105 is no farther than a band.
-        assert_eq!(chosen(Some(114.0)), Some(3));
-    }
-
-    #[test]
-    fn a_value_of_one_copy_counts_and_is_written_anew_before_anything_is_erased() {
-        let mut counter = Rising::NONE;
-        assert_eq!((counter.value(), counter.unsettled(None)), (None, None));
-        (0..2).for_each(|_| counter.note(7, 0));
-        assert_eq!((counter.value(), counter.unsettled(None), counter.unsettled(Some(1))), (Some(7), None, None));
-        assert_eq!(counter.unsettled(Some(0)), Some(7));
-        // Cut off after the first copy, in another sector.
-        counter.note(8, 1);
-        assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), Some(8)));
-        // A copy in each of two sectors is no pair in one: each may have been cut off.
-        counter.note(8, 2);
-        assert_eq!(counter.unsettled(None), Some(8));
-        counter.note(8, 2);
-        assert_eq!((counter.unsettled(None), counter.unsettled(Some(2))), (None, Some(8)));
-        // A lower value that is found later changes nothing.
-        (0..2).for_each(|_| counter.note(5, 1));
-        assert_eq!((counter.value(), counter.unsettled(None)), (Some(8), None));
-    }
-
-    /// Every order in which up to six copies of three values can be found in two sectors.
-    #[test]
-    fn a_rising_value_is_the_highest_noted_and_settled_by_two_copies_in_a_row() {
-        const CHOICES: u32 = 6;
-        let length = if cfg!(miri) { 3 } else { 6 };
-        for mut order in 0..CHOICES.pow(length) {
-            let (mut rising, mut highest, mut before) = (Rising::NONE, None, None);
-            // True once two copies of the highest value were noted one after the other in one sector.
-            let mut is_settled = false;
-            for _ in 0..length {
-                let (value, sector) = (u64::from(order % 3), (order / 3 % 2) as u8);
-                order /= CHOICES;
-                rising.note(value, sector);
-                if highest < Some(value) {
-                    (highest, is_settled) = (Some(value), false);
-                }
-                is_settled |= highest == Some(value) && before == Some((value, sector));
-                before = Some((value, sector));
-                assert_eq!(rising.value(), highest);
-                assert_eq!(rising.unsettled(None), highest.filter(|_| !is_settled), "{rising:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn what_is_kept_does_not_depend_on_the_order() {
-        let models: [(u32, f32); 14] = core::array::from_fn(|i| (i as u32 + 1, ((i * 7) % 11) as f32 * 11.0));
-        let kept = |order: &dyn Fn(usize) -> usize| {
-            let mut index = Index::empty();
-            for i in 0..models.len() {
-                let (number, t) = models[order(i)];
-                index.keep(number, PLACE, Some([t, t]));
-            }
-            let mut numbers = index.kept.map(|slot| slot.map(|slot| slot.number));
-            numbers.sort_unstable();
-            numbers
-        };
-        let forwards = kept(&|i| i);
-        assert_eq!(forwards, kept(&|i| 13 - i));
-        assert_eq!(forwards, kept(&|i| (i * 5 + 3) % 14));
-    }
-}
+mod tests;

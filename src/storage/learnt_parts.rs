@@ -6,7 +6,9 @@ use super::{
     granules::Place,
     index::KEPT,
     little_endian::{Reader, Writer},
+    programming::Programming,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
+    room,
     sector_size::granules_of,
     writing_learnt::WritingLearnt,
 };
@@ -75,8 +77,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
         let number = self.index.last_number.saturating_add(1);
         self.index.last_number = number;
-        let place = Place { sector: 0, granule: 0 };
-        self.writing_learnt = Some(WritingLearnt { number, update: None, part: 0, place, granules: 0, done: 0 });
+        self.writing_learnt = Some(WritingLearnt { number, update: None, part: 0, record: Programming::NOTHING });
         self.learnt_number = None;
         Ok(())
     }
@@ -89,7 +90,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub fn step_learnt(&mut self, learnt: Option<Learnt<'_>>) -> Result<LearntProgress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing_learnt.take() else { return Ok(LearntProgress::Idle) };
-        if writing.done == writing.granules {
+        if writing.record.is_done() {
             let Some(learnt) = learnt else {
                 if writing.update.is_some() {
                     return Err(StorageError::FilterWentOn);
@@ -104,11 +105,12 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             let encoded =
                 encode(&mut self.buffer, Kind::LEARNT, VERSION, writing.number, |w| encode_part(w, &learnt, part));
             let margin = half_of::<F>();
-            let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, margin)?)));
+            let placed =
+                encoded.and_then(|granules| Some((granules, room::take::<F>(&mut self.sectors, granules, 1, margin)?)));
             let Some((granules, place)) = placed else { return self.refuse_full() };
-            (writing.place, writing.granules, writing.done) = (place, granules, 0);
+            writing.record = Programming::new(place, granules);
         }
-        if self.program_next(writing.place, &mut writing.done, writing.granules)? {
+        if self.program_next(&mut writing.record)? {
             writing.part += 1;
             if usize::from(writing.part) == PARTS {
                 self.learnt_number = Some(writing.number);
@@ -228,8 +230,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if GRANULES + kept + 8 > granules_of::<F>() {
             return false;
         }
-        let active = self.active().and_then(|number| self.sectors.get(usize::from(number)));
-        self.ready() > 1 || active.is_some_and(|active| active.free + GRANULES + half_of::<F>() <= granules_of::<F>())
+        let active = room::active(&self.sectors).and_then(|number| self.sectors.get(usize::from(number)));
+        room::ready(&self.sectors) > 1
+            || active.is_some_and(|active| active.free + GRANULES + half_of::<F>() <= granules_of::<F>())
     }
 }
 

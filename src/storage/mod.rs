@@ -81,6 +81,7 @@ mod plausibility;
 #[cfg(feature = "async-storage")]
 mod polled_flash;
 mod preparation;
+mod programming;
 mod provisioning;
 mod record;
 mod restoration;

@@ -3,9 +3,11 @@
 
 use super::{
     Limits, StorageError, StoredModel,
-    granules::{Place, holds, read_record, walk},
+    granules::{Place, read_record, walk},
     index::{Index, KEPT, ScanCounts},
+    programming::Programming,
     record::{GRANULE, Header, Kind, MAX_RECORD, encode},
+    room,
     sector::{Sector, State},
     sector_size::{granules_of, sector_bytes},
     stored_model,
@@ -45,9 +47,7 @@ struct Writing {
     kind: Kind,
     temperature_c: Option<[f32; 2]>,
     number: u32,
-    place: Place,
-    granules: u16,
-    done: u16,
+    record: Programming,
 }
 
 /// Counters of written and refused records since the storage was opened.
@@ -135,30 +135,17 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         let (mut damaged, mut newest) = (0_u32, 0);
         let (mut is_read, mut silent) = (false, None);
         for (number, sector) in (0..).zip(&mut self.sectors) {
-            let base = Place { sector: number, granule: 0 }.address::<F>();
-            let (sequence, erases) = Sector::read_mark(&mut self.flash, base, &mut self.buffer);
-            let (mut records, mut last) = (0_u32, None);
-            let extent = (1, granules_of::<F>());
-            let walked = walk(&mut self.flash, base, extent, &mut self.buffer, &mut |header, _, granule| {
-                records += 1;
-                last = Some((granule, granule + header.granules()));
-            });
-            match walked.silent {
+            let found = Sector::read(&mut self.flash, number, &mut self.buffer);
+            *sector = found.sector;
+            damaged = damaged.saturating_add(found.damaged);
+            match found.silent {
                 None => is_read = true,
                 Some(e) => silent = Some(e),
             }
-            if let Some((granule, _)) = last.filter(|(_, end)| *end == walked.free && sequence > newest) {
-                self.last_found = Some(Place { sector: number, granule });
+            if sector.state == State::Used && sector.sequence > newest {
+                newest = sector.sequence;
+                self.last_found = found.last.or(self.last_found);
             }
-            newest = if sequence > newest && records > 0 { sequence } else { newest };
-            let state = match (sequence, records) {
-                (1.., 0) if walked.free == 1 => State::Ready,
-                (_, 1..) => State::Used,
-                // No record was ever completed in this sector.
-                _ => State::Unready,
-            };
-            *sector = Sector { state, sequence, erases, free: walked.free, pages: 0 };
-            damaged = damaged.saturating_add(walked.damaged);
         }
         match silent {
             Some(e) if !is_read => Err(StorageError::Flash(e)),
@@ -184,7 +171,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub(super) fn each_record(&mut self, but: Option<u8>, each: &mut dyn FnMut(&Header, &[u8], Place)) {
         let mut after = None;
-        while let Some((number, sequence)) = self.next_used(after) {
+        while let Some((number, sequence)) = room::next_used(&self.sectors, after) {
             after = Some((sequence, number));
             if Some(number) == but {
                 continue;
@@ -195,13 +182,6 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 each(header, payload, Place { sector: number, granule });
             });
         }
-    }
-
-    /// Returns the used sector after one of this sequence and number, and its sequence.
-    fn next_used(&self, after: Option<(u32, u8)>) -> Option<(u8, u32)> {
-        let used = (0..).zip(&self.sectors).filter(|(_, sector)| sector.state == State::Used);
-        let keys = used.map(|(number, sector)| (sector.sequence, number));
-        keys.filter(|key| after.is_none_or(|after| *key > after)).min().map(|(sequence, number)| (number, sequence))
     }
 
     /// Begins to store a model; [`ModelStore::step`] programs it piece by piece.
@@ -221,7 +201,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         // The model takes the number of its waiting parts, which makes them count.
         let number = self.learnt_number.take().unwrap_or_else(|| self.index.last_number.saturating_add(1));
         let encoded = encode(&mut self.buffer, Kind::MODEL, stored_model::VERSION, number, |w| model.encode(w));
-        let placed = encoded.and_then(|granules| Some((granules, self.take_room(granules, 1, FOR_COUNTERS)?)));
+        let placed = encoded
+            .and_then(|granules| Some((granules, room::take::<F>(&mut self.sectors, granules, 1, FOR_COUNTERS)?)));
         let Some((granules, place)) = placed else { return self.refuse_full() };
         if number > self.index.last_number {
             self.index.last_number = number;
@@ -235,7 +216,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
 
     /// Has [`ModelStore::step`] program the record in the buffer.
     pub(super) const fn begin_writing(&mut self, kind: Kind, number: u32, place: Place, granules: u16) {
-        self.writing = Some(Writing { kind, temperature_c: None, number, place, granules, done: 0 });
+        let record = Programming::new(place, granules);
+        self.writing = Some(Writing { kind, temperature_c: None, number, record });
     }
 
     /// Programs the next 32 bytes of the model or dose that is being written; after the last of them reads it back.
@@ -245,15 +227,15 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub fn step(&mut self) -> Result<Progress, StorageError<F::Error>> {
         let Some(mut writing) = self.writing.take() else { return Ok(Progress::Idle) };
-        if !self.program_next(writing.place, &mut writing.done, writing.granules)? {
+        if !self.program_next(&mut writing.record)? {
             self.writing = Some(writing);
             return Ok(Progress::More);
         }
         if writing.kind == Kind::DOSE {
-            self.index.dose = Some((writing.number, writing.place));
+            self.index.dose = Some((writing.number, writing.record.place));
             return Ok(Progress::DoseStored);
         }
-        self.index.keep(writing.number, writing.place, writing.temperature_c);
+        self.index.keep(writing.number, writing.record.place, writing.temperature_c);
         self.counts.stored = self.counts.stored.saturating_add(1);
         Ok(Progress::Stored { number: writing.number })
     }
@@ -277,28 +259,72 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Programs the next 32 bytes of the buffered record. After the last of them reads it back, and returns `true`.
-    pub(super) fn program_next(
+    pub(super) fn program_next(&mut self, record: &mut Programming) -> Result<bool, StorageError<F::Error>> {
+        record.next(&mut self.flash, &self.buffer).or_else(|e| self.failed(e))
+    }
+
+    /// Returns the command counter; 0 before the first was stored.
+    #[must_use]
+    pub const fn read_counter(&self) -> u64 {
+        match self.index.counter.value() {
+            Some(counter) => counter,
+            None => 0,
+        }
+    }
+
+    /// Stores the command counter, twice, before its command is carried out. At most 16 words are programmed.
+    ///
+    /// # Errors
+    /// The stored counter stays: the new one is no higher, there is no room, or the flash failed.
+    pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
+        let stored = self.read_counter();
+        if counter <= stored {
+            return Err(StorageError::CounterGoesBack { stored });
+        }
+        self.write_single(Kind::COUNTER, counter, 1).or_else(|e| self.refused(e))
+    }
+
+    /// Retires all stored models: none is restored any more. Nothing is erased.
+    ///
+    /// # Errors
+    /// The models stay: one is being written, there is no room, or the flash failed.
+    pub fn retire_models(&mut self) -> Result<(), StorageError<F::Error>> {
+        self.retire_models_before(self.index.last_number.saturating_add(1))
+    }
+
+    /// Retires only the models with numbers below `number`.
+    ///
+    /// # Errors
+    /// As [`ModelStore::retire_models`].
+    pub fn retire_models_before(&mut self, number: u32) -> Result<(), StorageError<F::Error>> {
+        if self.is_writing() {
+            return Err(StorageError::Busy);
+        }
+        // Parts of the filter's state that wait for their model may have a number in that range: they are given up.
+        self.learnt_number = None;
+        let last = u64::from(number.saturating_sub(1));
+        self.write_single(Kind::RETIREMENT, last, 1).or_else(|e| self.refused(e))?;
+        self.index.retire();
+        Ok(())
+    }
+
+    /// Counts a value that is refused for want of room.
+    fn refused(&mut self, error: StorageError<F::Error>) -> Result<(), StorageError<F::Error>> {
+        if matches!(error, StorageError::Full) { self.refuse_full() } else { Err(error) }
+    }
+
+    /// Writes a single value twice; see [`Rising`](super::single_values::Rising).
+    pub(super) fn write_single(
         &mut self,
-        record: Place,
-        done: &mut u16,
-        granules: u16,
-    ) -> Result<bool, StorageError<F::Error>> {
-        let place = Place { granule: record.granule + *done, ..record };
-        let begin = usize::from(*done) * GRANULE;
-        let bytes = self.buffer.get(begin..begin + GRANULE).unwrap_or_default();
-        if let Err(e) = self.flash.write(place.address::<F>(), bytes) {
-            return self.failed(StorageError::Flash(e));
-        }
-        *done += 1;
-        if *done < granules {
-            return Ok(false);
-        }
-        let bytes = self.buffer.get(..begin + GRANULE).unwrap_or_default();
-        if holds(&mut self.flash, record.address::<F>(), bytes) {
-            Ok(true)
-        } else {
-            self.failed(StorageError::NotVerified)
-        }
+        kind: Kind,
+        value: u64,
+        reserve: usize,
+    ) -> Result<(), StorageError<F::Error>> {
+        let place = room::take::<F>(&mut self.sectors, 2, reserve, 0).ok_or(StorageError::Full)?;
+        self.index.last_number = self.index.last_number.saturating_add(1);
+        let single = if kind == Kind::COUNTER { &mut self.index.counter } else { &mut self.index.retired };
+        let written = single.write(&mut self.flash, (kind, self.index.last_number), value, place);
+        written.or_else(|e| self.failed(e))
     }
 
     pub(super) fn refuse_full<T>(&mut self) -> Result<T, StorageError<F::Error>> {

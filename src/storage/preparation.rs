@@ -6,6 +6,7 @@ use super::{
     granules::{Place, program},
     index::{Index, KEPT, Slot},
     record::{GRANULE, Kind},
+    room,
     sector::State,
     sector_size::granules_of,
 };
@@ -80,7 +81,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// sectors are bad, and none could be begun while drilling.
     fn is_cramped(&self, number: u8) -> bool {
         let free = self.sectors.get(usize::from(number)).map_or(0, |sector| sector.free);
-        self.ready() == 1 && u32::from(free) * 4 > u32::from(granules_of::<F>()) * 3
+        room::ready(&self.sectors) == 1 && u32::from(free) * 4 > u32::from(granules_of::<F>()) * 3
     }
 
     /// Returns the first sector, in the order of erasure, that has this state.
@@ -188,7 +189,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub(super) fn copy(&mut self, from: Place) -> Result<Option<Place>, StorageError<F::Error>> {
         let Some(granules) = self.read_record(from).map(|header| header.granules()) else { return Ok(None) };
-        let to = self.take_room(granules, 0, 0).ok_or(StorageError::Full)?;
+        let to = room::take::<F>(&mut self.sectors, granules, 0, 0).ok_or(StorageError::Full)?;
         let bytes = self.buffer.get(..usize::from(granules) * GRANULE).unwrap_or_default();
         match program(&mut self.flash, to.address::<F>(), bytes) {
             Ok(()) => Ok(Some(to)),

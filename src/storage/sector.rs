@@ -3,7 +3,7 @@
 
 use super::{
     StorageError,
-    granules::{is_blank, program, read_record},
+    granules::{Place, is_blank, program, read_record, walk},
     little_endian::Reader,
     record::{GRANULE, Kind, MAX_RECORD, encode},
     sector_size::{granules_of, sector_bytes},
@@ -37,6 +37,17 @@ pub(super) struct Sector {
     pub pages: u16,
 }
 
+/// Findings in a sector when the storage is opened.
+pub(super) struct Found<E> {
+    pub sector: Sector,
+    /// Last record, if free room follows it.
+    pub last: Option<Place>,
+    /// Number of damaged places.
+    pub damaged: u32,
+    /// Error if nothing at all could be read.
+    pub silent: Option<E>,
+}
+
 impl Sector {
     pub const UNREADY: Self = Self { state: State::Unready, sequence: 0, erases: 0, free: 0, pages: 0 };
 
@@ -46,6 +57,29 @@ impl Sector {
         let mark = read_record(flash, base, buffer).filter(|header| header.kind == Kind::MARK);
         let erases = mark.and_then(|header| Reader(header.payload(buffer)?).u32());
         mark.zip(erases).map_or((0, 0), |(header, erases)| (header.number, erases))
+    }
+
+    /// Reads a sector's state from its mark and its records.
+    pub fn read<F: NorFlash>(flash: &mut F, number: u8, buffer: &mut [u8; MAX_RECORD]) -> Found<F::Error> {
+        let base = Place { sector: number, granule: 0 }.address::<F>();
+        let (sequence, erases) = Self::read_mark(flash, base, buffer);
+        let mut last = None;
+        let walked = walk(flash, base, (1, granules_of::<F>()), buffer, &mut |header, _, granule| {
+            last = Some((granule, granule + header.granules()));
+        });
+        let state = match (sequence, last) {
+            (1.., None) if walked.free == 1 => State::Ready,
+            (_, Some(_)) => State::Used,
+            // No record was ever completed in this sector.
+            _ => State::Unready,
+        };
+        let ends_it = last.filter(|(_, end)| *end == walked.free);
+        Found {
+            sector: Self { state, sequence, erases, free: walked.free, pages: 0 },
+            last: ends_it.map(|(granule, _)| Place { sector: number, granule }),
+            damaged: walked.damaged,
+            silent: walked.silent,
+        }
     }
 
     /// Erases the sector's next page. After the last page marks the sector, or sets it to `Bad` if it is not blank.

@@ -1,82 +1,92 @@
 //! Single values: the command counter and the retirement of models. Each is written twice, so that one copy can rot.
 
 use super::{
-    ModelStore, StorageError,
-    granules::program,
+    StorageError,
+    granules::{Place, program},
     record::{GRANULE, Kind, encode},
 };
 use embedded_storage::nor_flash::NorFlash;
 
-impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
-    /// Returns the command counter; 0 before the first was stored.
-    #[must_use]
-    pub const fn read_counter(&self) -> u64 {
-        match self.index.counter.value() {
-            Some(counter) => counter,
-            None => 0,
+/// Single value in one sector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Single {
+    value: u64,
+    sector: u8,
+    copies: u8,
+}
+
+/// Value that only rises, and is written twice.
+///
+/// A single copy may come from a write that was cut off: it reads whole, but a bit of it may not last. It counts, and
+/// the last value with two whole copies is kept until the new value has been written again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rising {
+    latest: Option<Single>,
+    settled: Option<Single>,
+    /// Copy that was noted last.
+    noted: Option<Single>,
+}
+
+impl Rising {
+    pub const NONE: Self = Self { latest: None, settled: None, noted: None };
+
+    /// Notes a whole copy of a value; for equal values the sector noted last counts.
+    pub fn note(&mut self, value: u64, sector: u8) {
+        let before = self.noted.filter(|noted| (noted.value, noted.sector) == (value, sector));
+        let copies = before.map_or(1, |noted| noted.copies.saturating_add(1));
+        let single = Single { value, sector, copies };
+        self.noted = Some(single);
+        let is_latest = |old: &Option<Single>| old.is_none_or(|old| value >= old.value);
+        if is_latest(&self.latest) {
+            self.latest = Some(single);
+        }
+        if copies > 1 && is_latest(&self.settled) {
+            self.settled = Some(single);
         }
     }
 
-    /// Stores the command counter, twice, before its command is carried out. At most 16 words are programmed.
-    ///
-    /// # Errors
-    /// The stored counter stays: the new one is no higher, there is no room, or the flash failed.
-    pub fn store_counter(&mut self, counter: u64) -> Result<(), StorageError<F::Error>> {
-        let stored = self.read_counter();
-        if counter <= stored {
-            return Err(StorageError::CounterGoesBack { stored });
+    /// Returns the highest value with a whole copy.
+    pub const fn value(&self) -> Option<u64> {
+        match self.latest {
+            Some(latest) => Some(latest.value),
+            None => None,
         }
-        self.write_single(Kind::COUNTER, counter, 1).or_else(|e| self.refused(e))
     }
 
-    /// Retires all stored models: none is restored any more. Nothing is erased.
-    ///
-    /// # Errors
-    /// The models stay: one is being written, there is no room, or the flash failed.
-    pub fn retire_models(&mut self) -> Result<(), StorageError<F::Error>> {
-        self.retire_models_before(self.index.last_number.saturating_add(1))
+    /// Returns the value to be written again before anything is erased or, with a sector, before that sector is erased;
+    /// `None` if two copies of it stay.
+    pub fn unsettled(&self, before_erasing: Option<u8>) -> Option<u64> {
+        let latest = self.latest?;
+        let settled = self.settled.filter(|settled| settled.value == latest.value);
+        let stays = settled.is_some_and(|settled| Some(settled.sector) != before_erasing);
+        (!stays).then_some(latest.value)
     }
 
-    /// Retires only the models with numbers below `number`.
-    ///
-    /// # Errors
-    /// As [`ModelStore::retire_models`].
-    pub fn retire_models_before(&mut self, number: u32) -> Result<(), StorageError<F::Error>> {
-        if self.is_writing() {
-            return Err(StorageError::Busy);
-        }
-        // Parts of the filter's state that wait for their model may have a number in that range: they are given up.
-        self.learnt_number = None;
-        let last = u64::from(number.saturating_sub(1));
-        self.write_single(Kind::RETIREMENT, last, 1).or_else(|e| self.refused(e))?;
-        self.index.retire();
-        Ok(())
+    /// Returns true if the latest and the settled values are the same in both.
+    pub fn says_the_same_as(&self, other: &Self) -> bool {
+        let value = |single: Option<Single>| single.map(|single| single.value);
+        value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
     }
 
-    /// Counts a value that is refused for want of room.
-    fn refused(&mut self, error: StorageError<F::Error>) -> Result<(), StorageError<F::Error>> {
-        if matches!(error, StorageError::Full) { self.refuse_full() } else { Err(error) }
-    }
-
-    /// Writes two records with one value each, so that one can rot.
-    pub(super) fn write_single(
+    /// Writes a value twice in a row, and counts each copy that is whole. One copy of two is an error; it is found at the
+    /// next power-up, so it counts from now on.
+    pub fn write<F: NorFlash>(
         &mut self,
-        kind: Kind,
+        flash: &mut F,
+        (kind, number): (Kind, u32),
         value: u64,
-        reserve: usize,
+        place: Place,
     ) -> Result<(), StorageError<F::Error>> {
-        let place = self.take_room(2, reserve, 0).ok_or(StorageError::Full)?;
-        let number = self.index.last_number.saturating_add(1);
-        self.index.last_number = number;
         let mut record = [0; GRANULE];
         encode(&mut record, kind, 1, number, |writer| writer.u64(value));
-        let first = program(&mut self.flash, place.address::<F>(), &record);
-        let second = program(&mut self.flash, place.address::<F>() + GRANULE as u32, &record);
-        let rising = if kind == Kind::COUNTER { &mut self.index.counter } else { &mut self.index.retired };
-        // A single copy is found at the next power-up, so it counts from now on.
+        let first = program(flash, place.address::<F>(), &record);
+        let second = program(flash, place.address::<F>() + GRANULE as u32, &record);
         for _ in [&first, &second].into_iter().filter(|written| written.is_ok()) {
-            rising.note(value, place.sector);
+            self.note(value, place.sector);
         }
-        first.and(second).or_else(|e| self.failed(e))
+        first.and(second)
     }
 }
+
+#[cfg(test)]
+mod tests;

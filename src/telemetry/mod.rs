@@ -1,39 +1,26 @@
 //! Telemetry: messages that leave the firmware, and commands that reach it.
 //!
 //! On a line everything is a frame (`encode_frame`, `FrameDecoder`) around a postcard `Payload`; the probe's
-//! `TelemetryQueue` keeps to the line's bandwidth. A mud pulser gets a `SurveyWord`. [`Record`]s are for a file,
-//! which loses nothing.
+//! `TelemetryQueue` keeps to the line's bandwidth. A mud pulser gets a `SurveyWord`.
 
-#[cfg(feature = "telemetry")]
 mod command;
-#[cfg(feature = "telemetry")]
 mod frame;
-#[cfg(feature = "telemetry")]
 mod payload;
-#[cfg(feature = "telemetry")]
 mod queue;
-mod record;
-#[cfg(feature = "telemetry")]
 pub mod survey_word;
 
-#[cfg(feature = "telemetry")]
 pub use command::{Acknowledgement, Command, CommandRefusal, EarlierModel, Erasure, FieldName, Outcome};
 #[cfg(feature = "commands")]
 pub use command::{
     CommandCounters, CommandGate, CounterStore, Judgement, Key, MAX_COUNTER_STEP, Recording, Situation, authenticate,
 };
-#[cfg(feature = "telemetry")]
 pub use frame::{
     EncodeError, Frame, FrameDecoder, Kind, LinkCounters, MAX_DECODED, MAX_FRAME, MAX_PAYLOAD, encode_frame,
     encode_payload,
 };
-#[cfg(feature = "telemetry")]
 pub use payload::{
     AttitudeFrame, Boot, BurstPart, CompactAngles, Health, Identification, ImagePart, Message, Payload, PayloadError,
     ProbeId, ProgramReport, RawSample, ResetReason, SelfTest,
 };
-#[cfg(feature = "telemetry")]
 pub use queue::{AttitudeFormat, LineCounters, PushError, StreamConfig, TelemetryQueue};
-pub use record::{Cost, Record, Summary};
-#[cfg(feature = "telemetry")]
 pub use survey_word::SurveyWord;

@@ -39,7 +39,7 @@
 /**
  * Version of `MwdConfig`. A field that is added, removed or reordered makes another one.
  */
-#define MWD_CONFIG_VERSION 1
+#define MWD_CONFIG_VERSION 2
 
 /**
  * Motion by a hand that turns and swings the probe.
@@ -340,11 +340,6 @@ typedef struct {
      * Seed of the population search.
      */
     uint64_t seed;
-    /**
-     * Sample time from which no new parameter takes effect (hold-out); the last window closes early enough
-     * to land before it. `UINT64_MAX` for none.
-     */
-    uint64_t freeze_at_us;
     /**
      * Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
      * and magnets that come and go. 0 or 1, the default.
@@ -1082,6 +1077,16 @@ MwdStatus mwd_probe_init(void *storage,
  */
 MwdStatus mwd_probe_configure(MwdProbe *probe,
                               const MwdConfig *config);
+
+/**
+ * Lets nothing new take effect from a sample time on: the last window ends one latency before it, and its result lands
+ * on it. Call it after `mwd_probe_configure` and two latencies ahead; it lasts until the next configuration.
+ *
+ * Pointers:
+ * `probe` is NULL or from `mwd_probe_init`.
+ */
+MwdStatus mwd_probe_freeze(MwdProbe *probe,
+                           uint64_t at_us);
 
 /**
  * Takes one sample and writes its output. `MWD_STATUS_NOTHING`: the sample was not taken because of its time, and is

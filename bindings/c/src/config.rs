@@ -16,7 +16,7 @@ use meerkat_mwd::{
 };
 
 /// Version of `MwdConfig`. A field that is added, removed or reordered makes another one.
-pub const MWD_CONFIG_VERSION: u32 = 1;
+pub const MWD_CONFIG_VERSION: u32 = 2;
 /// Motion by a hand that turns and swings the probe.
 pub const MWD_MOTION_HAND: u32 = 0;
 /// Motion in a drill string, or on a rig that turns the probe without carrying it about. The default.
@@ -38,9 +38,6 @@ pub struct MwdConfig {
     pub sample_period_us: u32,
     /// Seed of the population search.
     pub seed: u64,
-    /// Sample time from which no new parameter takes effect (hold-out); the last window closes early enough
-    /// to land before it. `UINT64_MAX` for none.
-    pub freeze_at_us: u64,
     /// Switches effects beyond the gyro's twelve parameters on: the library of effects, steps of the bias,
     /// and magnets that come and go. 0 or 1, the default.
     pub effects: u32,
@@ -229,7 +226,6 @@ impl From<&Config> for MwdConfig {
             version: MWD_CONFIG_VERSION,
             sample_period_us: config.sample_period_us,
             seed: config.seed,
-            freeze_at_us: config.freeze_at_us.unwrap_or(u64::MAX),
             effects: config.effects.into(),
             full_scale_gyro_rad_s: or_nan(config.full_scale.gyro_rad_s),
             full_scale_accel_m_s2: or_nan(config.full_scale.accel_m_s2),
@@ -322,7 +318,6 @@ impl MwdConfig {
         Ok(Config {
             sample_period_us: self.sample_period_us,
             seed: self.seed,
-            freeze_at_us: (self.freeze_at_us != u64::MAX).then_some(self.freeze_at_us),
             effects: truth(self.effects, "effects")?,
             full_scale: FullScale {
                 gyro_rad_s: known(self.full_scale_gyro_rad_s),

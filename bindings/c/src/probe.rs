@@ -68,6 +68,24 @@ pub unsafe extern "C" fn mwd_probe_configure(probe: *mut MwdProbe, config: *cons
     }
 }
 
+/// Lets nothing new take effect from a sample time on: the last window ends one latency before it, and its result lands
+/// on it. Call it after `mwd_probe_configure` and two latencies ahead; it lasts until the next configuration.
+///
+/// # Safety
+/// `probe` is NULL or from `mwd_probe_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mwd_probe_freeze(probe: *mut MwdProbe, at_us: u64) -> MwdStatus {
+    // SAFETY: the caller's promise.
+    match unsafe { borrow_mut(probe) } {
+        Ok(probe) if probe.is_configured() => {
+            probe.probe.freeze(at_us);
+            MwdStatus::Ok
+        }
+        Ok(_) => MwdStatus::ErrorNotConfigured,
+        Err(status) => status,
+    }
+}
+
 /// Takes one sample and writes its output. `MWD_STATUS_NOTHING`: the sample was not taken because of its time, and is
 /// counted; `output` is as it was.
 ///

@@ -59,7 +59,7 @@ fn the_sizes_are_hardly_larger_than_the_objects() {
 #[test]
 fn the_flat_configuration_holds_every_field() {
     // Values that no default has, among them every kind of absence.
-    let mut config = Config { freeze_at_us: Some(5), effects: false, ..Config::default() };
+    let mut config = Config { seed: 5, effects: false, ..Config::default() };
     config.gyro.p[1][2] = 0.25;
     config.gyro.b_rad_s = [0.5, 0.25, 0.125];
     config.accel.matrix[2][0] = 0.125;

@@ -41,6 +41,12 @@ impl Probe {
         Ok(Self { inner, config, reports: VecDeque::new(), diagnoses: VecDeque::new() })
     }
 
+    /// Lets nothing new take effect from a time on, seconds: for a part that is held out.
+    fn freeze(&mut self, at_s: f64) -> PyResult<()> {
+        self.inner.freeze(microseconds(at_s)?);
+        Ok(())
+    }
+
     /// Pushes a sample and does the work that the chip does beside it. Returns the attitude, or None.
     #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None))]
     fn push<'py>(
@@ -63,12 +69,8 @@ impl Probe {
         let mag_ut = three(mag, SampleFlags::MAG_MISSING);
         let warm = temperature.filter(|x| x.is_finite());
         flags.set(SampleFlags::TEMPERATURE_MISSING, warm.is_none());
-        let t_us = (t_s * 1e6).round();
-        if !(0.0..1.8e19).contains(&t_us) {
-            return Err(bad(format!("time {t_s} s is negative, too large or no number")));
-        }
         let sample = Sample {
-            t_us: t_us as u64,
+            t_us: microseconds(t_s)?,
             gyro_rad_s,
             accel_m_s2,
             mag_ut,
@@ -110,6 +112,14 @@ impl Probe {
         let text = self.diagnoses.pop_front().map(|report| diagnosis_json(&report, &LIBRARY));
         text.map(|text| dictionary(py, &text.map_err(bad)?)).transpose()
     }
+}
+
+fn microseconds(t_s: f64) -> PyResult<u64> {
+    let t_us = (t_s * 1e6).round();
+    if !(0.0..1.8e19).contains(&t_us) {
+        return Err(bad(format!("time {t_s} s is negative, too large or no number")));
+    }
+    Ok(t_us as u64)
 }
 
 /// Adds what there is; the oldest is lost where nobody takes them.

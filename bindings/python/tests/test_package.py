@@ -130,6 +130,18 @@ def test_sample_by_sample_is_the_replay():
         assert [effect["name"] for effect in diagnoses[-1]["effects"]] == [effect["name"] for effect in found["effects"]]
 
 
+def test_a_probe_that_is_frozen_closes_its_last_window_before_that():
+    trace, _, _ = mwd.simulate(SCENARIO, seed=5)
+    arrays = {name: values[:8_000] for name, values in trace.arrays().items()}
+    probe = mwd.Probe(100.0)
+    at_s = arrays["t_s"][0] + 40.0
+    probe.freeze(at_s)
+    for t_s, gyr, acc, mag in zip(*(arrays[name] for name in ["t_s", "gyr", "acc", "mag"])):
+        probe.push(t_s, gyr, acc, None if np.isnan(mag[0]) else mag)
+    reports = list(iter(probe.take_report, None))
+    assert [round(report["t_end_s"] - at_s, 3) for report in reports] == [-1.0]
+
+
 def test_wrong_input_says_what_is_wrong(tmp_path):
     good = np.zeros((10, 3))
     with pytest.raises(ValueError, match=r"gyr must have the shape \(10, 3\)"):

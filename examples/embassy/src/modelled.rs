@@ -8,7 +8,7 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice as Blocking};
 use embedded_hal_async::spi::SpiDevice;
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, Ism330dhcx, OnSpi, Rm3100},
+    emulation::{Conversions, Ism330dhcx, OnSpi, Rm3100},
     sensors::{
         Mounting, Rm3100Settings, Trigger,
         asynchronous::{

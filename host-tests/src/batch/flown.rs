@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meerkat_mwd::{
-    Config,
+    Config, Probe,
     config::ConfigError,
     survey::{SurveyNews, SurveyReport, Surveyor},
 };
@@ -12,7 +12,11 @@ use super::{key::Key, options::Options, parts::Part};
 use crate::{
     diagnosis::diagnosed,
     failure::Failure,
-    flight::{Flight, configuration::configuration, started, watched},
+    flight::{
+        Flight,
+        configuration::{configuration, frozen_from_us},
+        started, watched,
+    },
     import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
@@ -42,17 +46,19 @@ pub struct Result {
 /// # Errors
 /// The configuration cannot be used.
 pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result, Failure> {
-    let mut config = configuration(&trace, options.config.as_deref(), |config| options.set(config, &trace))?;
+    let mut config = configuration(&trace, options.config.as_deref(), |config| options.set(config))?;
     trace.mark_clipped(&config.full_scale);
     checked(&mut trace, &mut config, options.force)?;
-    let (flight, mut surveys) = surveyed(&config, &trace)?;
+    let freeze_at_us = frozen_from_us(&trace, options.hold_out, options.config.as_deref())?;
+    let probe = started(&config, freeze_at_us, None)?;
+    let (flight, mut surveys) = surveyed(probe, &trace)?;
     surveys.iter_mut().for_each(|report| trace.grade(report));
     Ok(Result { trace, config, flight, surveys })
 }
 
 /// The flight of [`crate::flight::fly`] and the surveys of [`crate::flight::surveys`] in one run.
-fn surveyed(config: &Config, trace: &Trace) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
-    let mut probe = started(config, None)?;
+fn surveyed(mut probe: Box<Probe>, trace: &Trace) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
+    let config = *probe.config();
     let mut surveyor = Surveyor::new();
     surveyor.configure(&config.earth, &config.survey).map_err(|error: ConfigError| Failure::Config(error))?;
     let mut flight = Flight::before(trace);
@@ -78,7 +84,7 @@ impl Result {
     /// A value that JSON does not hold; there is none.
     pub fn json(&self) -> serde_json::Result<String> {
         let Self { trace, config, flight, surveys } = self;
-        let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+        let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
         let diagnosed = diagnosed(trace, config, flight);
         result_json(trace, config, flight, &diagnosed, reference).with_surveys(surveys).text()
     }
@@ -115,9 +121,9 @@ pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Re
     }
     if let Some(file) = &beside.html {
         let Result { trace, config, flight, .. } = &flown;
-        let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+        let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
         let (diagnosed, reference) = (&diagnosed(trace, config, flight), reference.as_ref());
-        let watched = Some(&watched(started(config, None)?, trace)?);
+        let watched = Some(&watched(started(config, flight.frozen_at_us, None)?, trace)?);
         write_page(
             file,
             &page(&Told { trace, config, flight, diagnosed, reference, watched, place: "on this machine" }),

@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use meerkat_mwd::Config;
 
-use crate::{flight::configuration::freeze_at_us, trace::Trace};
-
 /// What all recordings of a batch are flown with.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
@@ -32,15 +30,12 @@ impl Options {
     }
 
     /// Sets the fields that the options name.
-    pub(super) fn set(&self, config: &mut Config, trace: &Trace) {
+    pub(super) fn set(&self, config: &mut Config) {
         if let Some(seed) = self.seed {
             config.seed = seed;
         }
         if self.no_effects {
             config.effects = false;
-        }
-        if let Some(fraction) = self.hold_out {
-            config.freeze_at_us = Some(freeze_at_us(trace, fraction));
         }
     }
 }

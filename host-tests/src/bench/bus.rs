@@ -20,7 +20,7 @@ pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
     scenario.duration_s = DURATION_S;
     let (trace, _) = simulate(&scenario, 1);
     let config = of_trace(&trace);
-    let emulated = fly_emulated(&config, &trace.samples, Feed::ThroughSensors)?;
+    let emulated = fly_emulated(&config, None, &trace.samples, Feed::ThroughSensors)?;
     let cost = emulated.sampling.ok_or_else(|| anyhow::anyhow!("the firmware says nothing of its sampling"))?;
     let mut table = Table::new(
         format!(

@@ -11,7 +11,7 @@ use crate::bus_faults::{
     run as run_once, sweep,
 };
 use meerkat_mwd::{
-    sensor_models::{ism330dhcx, rm3100},
+    emulation::{ism330dhcx, rm3100},
     sensors::BURST_FRAMES,
 };
 

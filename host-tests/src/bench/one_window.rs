@@ -12,7 +12,7 @@ use meerkat_mwd::{
 
 use super::cramer_rao::{Bound, Known};
 use crate::{
-    flight::{configuration::of_trace, fly},
+    flight::{configuration::of_trace, fly_frozen},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
@@ -51,6 +51,8 @@ pub struct Run {
     pub truth: Truth,
     /// Configuration: frozen as soon as the first window's result takes effect.
     pub config: Config,
+    /// Instant from which nothing new takes effect, microseconds: that of the window's result.
+    freeze_us: u64,
     /// The sample at which the window closes.
     pub close: usize,
     /// The first sample to which its result applies.
@@ -77,11 +79,10 @@ impl Run {
         config.effects = false;
         let close_us = trace.first_us() + (WINDOW_S * 1e6) as u64;
         let freeze_us = close_us + (f64::from(config.identification.latency_s) * 1e6) as u64;
-        config.freeze_at_us = Some(freeze_us);
         let at = |t_us: u64| trace.samples.partition_point(|s| s.t_us < t_us);
         let (close, effect) = (at(close_us), at(freeze_us));
         anyhow::ensure!(effect + 1 < trace.samples.len(), "the run ends before the result of its window takes effect");
-        Ok(Self { scenario, trace, truth, config, close, effect })
+        Ok(Self { scenario, trace, truth, config, freeze_us, close, effect })
     }
 
     /// Report of the window with this search.
@@ -101,7 +102,7 @@ impl Run {
     pub fn identify_as(&self, config: &Config) -> anyhow::Result<WindowReport> {
         // Samples after the window's result need not be flown.
         let needed = self.trace.samples.get(..=self.effect + 1).unwrap_or(&self.trace.samples);
-        fly(config, needed, |_| {})?.reports.first().copied().context("no window was closed")
+        fly_frozen(config, self.freeze_us, needed)?.reports.first().copied().context("no window was closed")
     }
 
     /// The true model when the window closes.

@@ -16,7 +16,7 @@ use crate::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
-        fly,
+        fly, fly_frozen,
     },
     score::{self, PerModel, Reference},
     trace::{
@@ -64,22 +64,22 @@ pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
 
 fn play(path: &Path) -> anyhow::Result<Played> {
     let mut trace = Trace::read(path)?;
-    let whole = of_trace(&trace);
-    trace.mark_clipped(&whole.full_scale);
-    let config = Config { freeze_at_us: Some(freeze_at_us(&trace, HOLD_OUT)), ..whole };
-    let flight = fly(&config, &trace.samples, |_| {})?;
+    let config = of_trace(&trace);
+    trace.mark_clipped(&config.full_scale);
+    let freeze_us = freeze_at_us(&trace, HOLD_OUT);
+    let flight = fly_frozen(&config, freeze_us, &trace.samples)?;
     let without = way(&trace, &config, &flight, &diagnosed(&trace, &config, &flight));
     let against = if trace.reference.iter().flatten().count() < 2 {
         None
     } else {
-        let (flight, diagnosed) = against_reference(&trace, &config)?;
+        let (flight, diagnosed) = against_reference(&trace, &config, Some(freeze_us))?;
         Some(way(&trace, &config, &flight, &diagnosed))
     };
-    Ok(Played { name: name(path), without, against, magnets: with_magnets(&trace, &whole)? })
+    Ok(Played { name: name(path), without, against, magnets: with_magnets(&trace, &config)? })
 }
 
 fn way(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> Way {
-    let reference = score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default();
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight)).unwrap_or_default();
     let field = diagnosed.residual.magnetic_deg;
     Way {
         found: in_short(diagnosed),
@@ -134,7 +134,8 @@ fn with_magnets(trace: &Trace, config: &Config) -> anyhow::Result<Vec<WithMagnet
             *q = q.filter(|_| there.contains(&sample.t_us));
         }
         let heading = |flight: &Flight| {
-            let reference: Option<Reference> = score::score(&scored, flight, &score::Settings::of(trace, config));
+            let reference: Option<Reference> =
+                score::score(&scored, flight, &score::Settings::of(trace, config, flight));
             reference.and_then(|reference| reference.attitude_rms_deg.heading)
         };
         WithMagnet { from_to_s: from_to_s(magnet), heading_deg: [heading(&without), heading(&flight)] }

@@ -1,6 +1,6 @@
 //! Kinds of faults that are tried, and the cases of each.
 
-use meerkat_mwd::sensor_models::{BusFault, Injection, PartFault};
+use meerkat_mwd::emulation::{BusFault, Injection, PartFault};
 
 /// A fault of a part or of its wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

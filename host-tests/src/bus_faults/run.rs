@@ -6,7 +6,7 @@ use super::{
 };
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, InjectedError, ModelledPair, ModelledParts, PartError, Periods, Schedule},
+    emulation::{Conversions, InjectedError, ModelledPair, ModelledParts, PartError, Periods, Schedule},
     sensors::{Condition, Counters, Trigger, blocking},
 };
 

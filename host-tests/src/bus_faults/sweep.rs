@@ -5,7 +5,7 @@ use super::{
     kinds::{Fault, Part, cases},
     run,
 };
-use meerkat_mwd::{Sample, SampleFlags, sensor_models::BusFault};
+use meerkat_mwd::{Sample, SampleFlags, emulation::BusFault};
 
 /// Results of all runs of a kind of fault.
 #[derive(Clone, Debug, Default, PartialEq)]

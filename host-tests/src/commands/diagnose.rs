@@ -13,7 +13,7 @@ use super::{
 use crate::{
     console::told,
     diagnosis::{against_reference, diagnosed},
-    flight::{started, surveys, watched},
+    flight::{configuration::frozen_from_us, started, surveys, watched},
     report::{
         account::print_account,
         html::{Told, diagnosis::page, write_page},
@@ -82,23 +82,24 @@ impl DiagnoseArgs {
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     let (trace, config) = prepare(&args.as_replay(), Trace::read)?;
+    let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
     let (flight, diagnosed) = if args.against_reference {
-        against_reference(&trace, &config)?
+        against_reference(&trace, &config, freeze_at_us)?
     } else {
-        let flight = fly_with_bar(started(&config, None)?, &trace);
+        let flight = fly_with_bar(started(&config, freeze_at_us, None)?, &trace);
         let diagnosed = diagnosed(&trace, &config, &flight);
         (flight, diagnosed)
     };
-    let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config));
+    let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config, &flight));
     if let Some(path) = &args.json {
-        let mut taken = surveys(started(&config, None)?, &trace)?;
+        let mut taken = surveys(started(&config, freeze_at_us, None)?, &trace)?;
         taken.iter_mut().for_each(|report| trace.grade(report));
         result_json(&trace, &config, &flight, &diagnosed, reference).with_surveys(&taken).write(path)?;
     }
     if let Some(path) = &args.html {
         // On the bench the vectors are the reference's: those of the recording did not fly.
         let place = if args.against_reference { "against the reference" } else { "on this machine" };
-        let seen = watched(started(&config, None)?, &trace)?;
+        let seen = watched(started(&config, freeze_at_us, None)?, &trace)?;
         write_page(
             path,
             &page(&Told {
@@ -117,7 +118,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     if let Some(missing) = missing(&trace, &config, &flight, &diagnosed) {
         writeln!(out, "missing   {missing}")?;
     }
-    print_account(&mut out, &trace, &config, &diagnosed, reference.as_ref())?;
+    print_account(&mut out, &trace, &flight, &diagnosed, reference.as_ref())?;
     writeln!(out, "next      {}", after_flight(&flight, args.html.as_deref()))?;
     Ok(())
 }

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     console::told,
     failure::Failure,
-    flight::through_sensors,
+    flight::{configuration::frozen_from_us, through_sensors},
     target::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
@@ -41,7 +41,8 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     let (mut trace, config) = replay::prepare(args, Trace::read)?;
     let feed = if *direct { Feed::Direct } else { Feed::ThroughSensors };
     let recorded = if *direct { trace.samples.clone() } else { through_sensors::each_field_once(&trace.samples) };
-    let emulated = fly_emulated(&config, &recorded, feed)?;
+    let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
+    let emulated = fly_emulated(&config, freeze_at_us, &recorded, feed)?;
     let played = (!direct).then(|| through_sensors::play(&recorded, config.sample_period_us));
     if let Some(played) = &played {
         let (there, here) = (emulated.sampling.map(|sampling| sampling.counts), played.counts);

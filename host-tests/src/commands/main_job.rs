@@ -20,7 +20,7 @@ use crate::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
-        fly, started, watched,
+        fly_frozen, started, watched,
     },
     layout::{Layout, named},
     report::{
@@ -89,8 +89,7 @@ pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
     // Without colours where it is no terminal.
     let mut out: Box<dyn Write> = if is_quiet() { Box::new(io::sink()) } else { Box::new(anstream::stdout()) };
     let trace = Trace::read(&recording())?;
-    let mut config = of_trace(&trace);
-    config.freeze_at_us = Some(freeze_at_us(&trace, HOLD_OUT));
+    let config = of_trace(&trace);
     writeln!(
         out,
         "meerkat-mwd on a real recording: BROAD trial 06, fast rotation by hand, {} samples, {:.0} s at {:.0} Hz.",
@@ -171,9 +170,9 @@ fn told(
     if args.details {
         writeln!(out, "{HEAD}{number}. {title}{HEAD:#}")?;
         report(out, flight, truth)?;
-        return scores(out, config, trace, flight);
+        return scores(out, trace, flight);
     }
-    let scored = score::score(trace, flight, &score::Settings::of(trace, config));
+    let scored = score::score(trace, flight, &score::Settings::of(trace, config, flight));
     let cells = scored.map(|reference| {
         let PerModel { uncompensated, bias_only, with_effects, .. } = reference.orientation_2s_rms_time_aligned_deg;
         [uncompensated, bias_only, with_effects].map(|x| x.map_or_else(|| "none".to_owned(), |x| format!("{x:.2}")))
@@ -190,7 +189,7 @@ fn told(
 /// What was wrong with the gyro, what was done about it, what it gained: a sentence each.
 fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
     let diagnosed = diagnosed(trace, config, flight);
-    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
     let gained = plain_words::gain(&diagnosed, reference.as_ref());
     format!(
         "In flight {DRAWN}, what was wrong: {}\nWhat was done: {}\nWhat it gained: {}\n",
@@ -204,8 +203,8 @@ fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
 /// written does not end the job.
 fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<String> {
     let diagnosed = diagnosed(trace, config, flight);
-    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
-    let watched = watched(started(config, None)?, trace)?;
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
+    let watched = watched(started(config, flight.frozen_at_us, None)?, trace)?;
     let told = Told {
         trace,
         config,
@@ -224,7 +223,7 @@ fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Fli
 
 /// Draws a flight's rotation errors over the half that is held out.
 fn draw(path: &Path, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<()> {
-    let drawn = picture(trace, flight, &score::Settings::of(trace, config));
+    let drawn = picture(trace, flight, &score::Settings::of(trace, config, flight));
     let drawn = drawn.context("the recording has no reference to draw errors against")?;
     std::fs::write(path, drawn).map_err(|error| Failure::output(path, &error))?;
     Ok(())
@@ -237,15 +236,17 @@ struct Flown {
     place: String,
 }
 
+/// Flies with the second half held out.
 fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
-    match fly_emulated(config, &trace.samples, Feed::Direct) {
+    let freeze_us = freeze_at_us(trace, HOLD_OUT);
+    match fly_emulated(config, Some(freeze_us), &trace.samples, Feed::Direct) {
         Ok(emulated) => Ok(Flown {
             flight: emulated.flight.clone(),
             emulated: Some(emulated),
             place: "Flown by the firmware on the emulated Cortex-M4F (STM32F405, QEMU).".to_owned(),
         }),
         Err(EmulateError::Missing(missing)) => Ok(Flown {
-            flight: fly(config, &trace.samples, |_| {})?,
+            flight: fly_frozen(config, freeze_us, &trace.samples)?,
             emulated: None,
             place: format!("Flown ON THIS MACHINE, by the same code: there is no emulator here. {missing}"),
         }),
@@ -314,8 +315,8 @@ fn search(window: &WindowReport) -> String {
     )
 }
 
-fn scores(out: &mut impl Write, config: &Config, trace: &Trace, flight: &Flight) -> io::Result<()> {
-    let settings = score::Settings { from_us: config.freeze_at_us.unwrap_or(0), ..score::Settings::default() };
+fn scores(out: &mut impl Write, trace: &Trace, flight: &Flight) -> io::Result<()> {
+    let settings = score::Settings { from_us: flight.frozen_at_us.unwrap_or(0), ..score::Settings::default() };
     let Some(reference) = score::score(trace, flight, &settings) else {
         return writeln!(out, "   no reference to score against");
     };

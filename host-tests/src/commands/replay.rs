@@ -15,7 +15,7 @@ use crate::{
     failure::Failure,
     flight::{
         Flight,
-        configuration::{configuration, freeze_at_us},
+        configuration::{configuration, frozen_from_us},
         dynamics, fly_on, started, surveys, through_sensors, watched, worst_second,
     },
     import::plausible::checked,
@@ -101,7 +101,7 @@ pub struct ReplayArgs {
 
 impl ReplayArgs {
     /// Sets the fields that the command line names.
-    fn set(&self, config: &mut Config, trace: &Trace) {
+    fn set(&self, config: &mut Config) {
         if let Some(seed) = self.seed {
             config.seed = seed;
         }
@@ -110,9 +110,6 @@ impl ReplayArgs {
         }
         if self.no_effects {
             config.effects = false;
-        }
-        if let Some(fraction) = self.hold_out {
-            config.freeze_at_us = Some(freeze_at_us(trace, fraction));
         }
     }
 }
@@ -162,7 +159,8 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     if let Some(played) = &played {
         trace.samples.clone_from(&played.samples);
     }
-    let flight = fly_with_bar(started(&config, stored_model(args)?.as_ref())?, &trace);
+    let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
+    let flight = fly_with_bar(started(&config, freeze_at_us, stored_model(args)?.as_ref())?, &trace);
     deliver(args, &trace, &config, &flight, "on this machine")?;
     if let Some(played) = &played {
         through_sensors::report(&mut told(), &config, &recorded, played)?;
@@ -203,7 +201,7 @@ pub fn prepare(
     if args.strict {
         trace.none_dropped()?;
     }
-    let mut config = configuration(&trace, args.config.as_deref(), |config| args.set(config, &trace))?;
+    let mut config = configuration(&trace, args.config.as_deref(), |config| args.set(config))?;
     trace.mark_clipped(&config.full_scale);
     checked(&mut trace, &mut config, args.force)?;
     Ok((trace, config))
@@ -242,7 +240,8 @@ pub fn deliver(
     flight: &Flight,
     place: &str,
 ) -> anyhow::Result<Option<Reference>> {
-    let reference = score::score(trace, flight, &score::Settings::of(trace, config));
+    let probe = || started(config, flight.frozen_at_us, stored_model(args)?.as_ref());
+    let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
     let diagnosed = diagnosed(trace, config, flight);
     if let Some(path) = &args.attitude {
         write_attitude_csv(flight.outputs(), path)?;
@@ -251,7 +250,7 @@ pub fn deliver(
         write_rates_csv(flight.outputs(), path)?;
     }
     let taken = if args.surveys.is_some() || args.json.is_some() {
-        let mut taken = surveys(started(config, stored_model(args)?.as_ref())?, trace)?;
+        let mut taken = surveys(probe()?, trace)?;
         taken.iter_mut().for_each(|report| trace.grade(report));
         taken
     } else {
@@ -261,24 +260,18 @@ pub fn deliver(
         write_surveys_csv(&taken, path)?;
     }
     if let Some(path) = &args.dynamics {
-        let probe = started(config, stored_model(args)?.as_ref())?;
-        write_dynamics_csv(&dynamics(probe, trace)?, config.survey.dynamics.shock_m_s2, path)?;
+        write_dynamics_csv(&dynamics(probe()?, trace)?, config.survey.dynamics.shock_m_s2, path)?;
     }
     if let Some(path) = &args.burst {
-        let probe = started(config, stored_model(args)?.as_ref())?;
-        write_burst_csv(&worst_second(probe, trace), path)?;
+        write_burst_csv(&worst_second(probe()?, trace), path)?;
     }
-    let explanation = if args.explain {
-        Some(Explanation::of(started(config, stored_model(args)?.as_ref())?, trace, config, flight))
-    } else {
-        None
-    };
+    let explanation = if args.explain { Some(Explanation::of(probe()?, trace, config, flight)) } else { None };
     if let Some(path) = &args.json {
         let result = result_json(trace, config, flight, &diagnosed, reference).with_surveys(&taken);
         explanation.iter().fold(result, |result, explanation| result.explained(explanation)).write(path)?;
     }
     if let Some(path) = &args.html {
-        let watched = watched(started(config, stored_model(args)?.as_ref())?, trace)?;
+        let watched = watched(probe()?, trace)?;
         let (diagnosed, reference) = (&diagnosed, reference.as_ref());
         write_page(path, &page(&Told { trace, config, flight, diagnosed, reference, watched: Some(&watched), place }))?;
     }

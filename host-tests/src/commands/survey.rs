@@ -152,7 +152,7 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         let mut trace = Trace::read(&args.input)?;
         let mut config = of_trace(&trace);
         checked(&mut trace, &mut config, false)?;
-        let taken = surveys(started(&config, None)?, &trace)?;
+        let taken = surveys(started(&config, None, None)?, &trace)?;
         let stations: Vec<ReadStation> = taken.iter().filter_map(at_rest).collect();
         if stations.is_empty() {
             return Err(no_stop(&args.input, &config.survey, &taken).into());

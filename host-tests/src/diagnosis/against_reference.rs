@@ -46,11 +46,16 @@ const DIP_DEG: f64 = 65.0;
 /// Latency of an identification on a desk, seconds.
 const AT_ONCE_S: f32 = 0.1;
 
-/// Tests gyro and vectors, each against the reference, and joins the findings.
+/// Tests gyro and vectors, each against the reference, and joins the findings. `freeze_at_us`: instant from which
+/// nothing new takes effect.
 ///
 /// # Errors
 /// The trace has no reference, or the configuration cannot be used.
-pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flight, Diagnosed)> {
+pub fn against_reference(
+    trace: &Trace,
+    config: &Config,
+    freeze_at_us: Option<u64>,
+) -> anyhow::Result<(Flight, Diagnosed)> {
     if trace.reference.iter().flatten().count() < 2 {
         let path = trace.path.display();
         return Err(
@@ -63,10 +68,10 @@ pub fn against_reference(trace: &Trace, config: &Config) -> anyhow::Result<(Flig
     let mut config = *config;
     // On a desk results are there at once: data up to the hold-out can be used.
     config.identification.latency_s = AT_ONCE_S;
-    let second = fly_at_a_desk(&OF_THE_VECTORS, &config, &vector_trace.samples)?;
+    let second = fly_at_a_desk(&OF_THE_VECTORS, &config, freeze_at_us, &vector_trace.samples)?;
     let of_vectors = diagnosed_with(&OF_THE_VECTORS, &vector_trace, &config, &second);
     config.identification.vectors_from_reference = true;
-    let flight = fly_at_a_desk(&OF_THE_GYRO, &config, &gyro_trace.samples)?;
+    let flight = fly_at_a_desk(&OF_THE_GYRO, &config, freeze_at_us, &gyro_trace.samples)?;
     let of_gyro = diagnosed_with(&OF_THE_GYRO, &gyro_trace, &config, &flight);
     let mut effects = of_gyro.effects;
     effects.extend(of_vectors.effects);

@@ -73,7 +73,7 @@ pub(super) fn vector_residual(
     config: &Config,
     flight: &Flight,
 ) -> (VectorResidual, ResidualOverTime) {
-    let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
+    let from_s = flight.frozen_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let angles = |how: &How| read(library, trace, config, flight, how, from_s);
     let over_time = ResidualOverTime { before: angles(&How::BiasOnly), after: angles(&How::Flown) };
     let figures = |angles: &[Vec<[f64; 2]>; 2]| angles.each_ref().map(|angles| rms_of_kept(angles));
@@ -103,7 +103,7 @@ pub(super) fn residual_without(
 ) -> Option<WithoutEffect> {
     let effect = library.get(usize::from(found.found.index));
     let effect = effect.filter(|_| found.is_taken_out() && found.step_us == 0)?;
-    let from_s = config.freeze_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
+    let from_s = flight.frozen_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let vector = usize::from(effect.sensor() != Sensor::Accelerometer);
     let [gravity, field] = read(library, trace, config, flight, &How::Without(found.found.index), from_s);
     let angles = if vector == 0 { gravity } else { field };
@@ -217,7 +217,7 @@ fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight:
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
     let (Some(last), Some(window)) = (last, flight.reports.last()) else { return Vector3::zeros() };
     let [_, own] = parted(&last.active(), index);
-    let from_us = config.freeze_at_us.unwrap_or_else(|| trace.first_us());
+    let from_us = flight.frozen_at_us.unwrap_or_else(|| trace.first_us());
     let (mut sum, mut count) = (Vector3::zeros(), 0.0);
     for sample in trace.samples().filter(|sample| sample.t_us >= from_us) {
         let before = moment(&sample, config, &window.flown, None);

@@ -83,12 +83,41 @@ pub fn freeze_at_us(trace: &Trace, fraction: f64) -> u64 {
     trace.first_us() + ((1.0 - fraction) * trace.duration_us() as f64).round() as u64
 }
 
+/// Field of a configuration's file that is the host's alone: the instant of a freeze, microseconds.
+const FREEZE: &str = "freeze_at_us";
+
+/// Instant from which a flight over `trace` learns nothing new, microseconds: that of the hold-out, else the file's.
+/// Where units, signs or axes cannot be, nothing is learnt at all: a model of such readings would be of their units.
+///
+/// # Errors
+/// The file cannot be read, or its instant is none.
+pub fn frozen_from_us(trace: &Trace, hold_out: Option<f64>, file: Option<&Path>) -> Result<Option<u64>, Failure> {
+    if !trace.wrong.is_empty() {
+        return Ok(Some(0));
+    }
+    match (hold_out, file) {
+        (Some(fraction), _) => Ok(Some(freeze_at_us(trace, fraction))),
+        (None, None) => Ok(None),
+        (None, Some(path)) => {
+            let at_us = table(path)?.remove(FREEZE).map(|at| at.as_integer().and_then(|at| u64::try_from(at).ok()));
+            let bad = || Failure::BadInput(format!("{}: {FREEZE} must be whole microseconds", path.display()));
+            at_us.map(|at_us| at_us.ok_or_else(bad)).transpose()
+        }
+    }
+}
+
+/// Reads a configuration's file.
+fn table(path: &Path) -> Result<toml::Table, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
+    text.parse().map_err(|error: toml::de::Error| Failure::BadInput(format!("{}: {error}", path.display())))
+}
+
 /// The header's configuration with the file's values on top, table by table: a key that the file does not
 /// name keeps its value.
 fn overlaid(trace: &Trace, path: &Path) -> Result<Config, Failure> {
     let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::unread(path, &error))?;
-    let file: toml::Table = text.parse().map_err(|e: toml::de::Error| bad(e.to_string()))?;
+    let mut file = table(path)?;
+    file.remove(FREEZE);
     let mut merged = toml::Table::try_from(of_trace(trace)).map_err(|e| bad(e.to_string()))?;
     overlay(&mut merged, file);
     let config: Config =
@@ -176,6 +205,22 @@ mod tests {
             let both = format!("sample_period_us is {stated}, but the median step of the trace is 3500");
             assert!(message.ends_with(&both), "{message}");
         }
+    }
+
+    #[test]
+    fn a_flight_is_frozen_by_the_hold_out_or_by_the_file_and_from_the_start_where_axes_cannot_be() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), "freeze_at_us = 2_020_000\nseed = 7").unwrap();
+        let (mut trace, path) = (trace(), Some(file.path()));
+        assert_eq!(of_file(&trace, path).unwrap().seed, 7);
+        assert_eq!(frozen_from_us(&trace, None, None), Ok(None));
+        assert_eq!(frozen_from_us(&trace, None, path), Ok(Some(2_020_000)));
+        assert_eq!(frozen_from_us(&trace, Some(0.5), path), Ok(Some(2_017_500)));
+        trace.wrong.push(String::new());
+        assert_eq!(frozen_from_us(&trace, Some(0.5), path), Ok(Some(0)));
+        std::fs::write(file.path(), "freeze_at_us = -1").unwrap();
+        trace.wrong.clear();
+        assert!(frozen_from_us(&trace, None, path).unwrap_err().to_string().contains("freeze_at_us must be"));
     }
 
     #[test]

@@ -37,6 +37,8 @@ pub struct Flight {
     pub magnets: Vec<HardIronInterval>,
     /// Counters of the probe at the end.
     pub counters: Counters,
+    /// Instant from which nothing new took effect, microseconds of the samples' time; `None`: it was not frozen.
+    pub frozen_at_us: Option<u64>,
     /// Outputs that are in a temporary file, as those of a spooled trace are.
     pub spooled: Option<Spool<Output>>,
 }
@@ -86,6 +88,7 @@ impl Flight {
         self.diagnoses.extend(std::iter::from_fn(|| probe.take_diagnosis()));
         self.magnets = probe.hard_iron_intervals().copied().collect();
         self.counters = probe.counters();
+        self.frozen_at_us = probe.frozen_at_us();
         if let Some(spooled) = &mut self.spooled {
             spooled.flush();
         }
@@ -105,15 +108,24 @@ impl Flight {
 /// The field of the configuration that cannot be used.
 pub fn fly(config: &Config, samples: &[Sample], progress: impl FnMut(usize)) -> Result<Flight, ConfigError> {
     let flight = Flight { outputs: Vec::with_capacity(samples.len()), ..Flight::default() };
-    Ok(fly_at(Pace::OfTheChip, probe(&LIBRARY, config)?, flight, samples.iter().copied(), progress))
+    Ok(fly_at(Pace::OfTheChip, probe(&LIBRARY, config, None)?, flight, samples.iter().copied(), progress))
 }
 
-/// Configures a probe, with a stored model or the factory's, before its first sample.
+/// Flies as [`fly`] does, with nothing new taking effect from an instant on.
+///
+/// # Errors
+/// The field of the configuration that cannot be used.
+pub fn fly_frozen(config: &Config, freeze_at_us: u64, samples: &[Sample]) -> Result<Flight, ConfigError> {
+    fly_with(&LIBRARY, config, Some(freeze_at_us), samples)
+}
+
+/// Configures a probe, with a stored model or the factory's, before its first sample. `freeze_at_us`: instant from
+/// which nothing new takes effect.
 ///
 /// # Errors
 /// The configuration or the model cannot be used.
-pub fn started(config: &Config, model: Option<&StoredModel>) -> Result<Box<Probe>, Failure> {
-    let mut probe = probe(&LIBRARY, config)?;
+pub fn started(config: &Config, freeze_at_us: Option<u64>, model: Option<&StoredModel>) -> Result<Box<Probe>, Failure> {
+    let mut probe = probe(&LIBRARY, config, freeze_at_us)?;
     let restored = model.map_or(Ok(()), |model| probe.restore(model));
     restored.map_err(|why| Failure::BadInput(format!("the stored model may not fly: {why:?}")))?;
     Ok(probe)
@@ -125,17 +137,18 @@ pub fn fly_on(probe: Box<Probe>, trace: &Trace, progress: impl FnMut(usize)) -> 
     fly_at(Pace::OfTheChip, probe, Flight::before(trace), trace.samples(), progress)
 }
 
-/// Flies on the host with another library of effects.
+/// Flies on the host with another library of effects; `freeze_at_us` as in [`started`].
 ///
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn fly_with(
     library: &'static [&'static dyn Effect],
     config: &Config,
+    freeze_at_us: Option<u64>,
     samples: &[Sample],
-    progress: impl FnMut(usize),
 ) -> Result<Flight, ConfigError> {
-    Ok(fly_at(Pace::OfTheChip, probe(library, config)?, Flight::default(), samples.iter().copied(), progress))
+    let probe = probe(library, config, freeze_at_us)?;
+    Ok(fly_at(Pace::OfTheChip, probe, Flight::default(), samples.iter().copied(), |_| {}))
 }
 
 /// Flies with all work done as soon as it is there, as a desk computer can.
@@ -145,9 +158,11 @@ pub fn fly_with(
 pub fn fly_at_a_desk(
     library: &'static [&'static dyn Effect],
     config: &Config,
+    freeze_at_us: Option<u64>,
     samples: &[Sample],
 ) -> Result<Flight, ConfigError> {
-    Ok(fly_at(Pace::OfADesk, probe(library, config)?, Flight::default(), samples.iter().copied(), |_| {}))
+    let probe = probe(library, config, freeze_at_us)?;
+    Ok(fly_at(Pace::OfADesk, probe, Flight::default(), samples.iter().copied(), |_| {}))
 }
 
 /// Amount of work done after each sample.
@@ -157,10 +172,17 @@ enum Pace {
     OfADesk,
 }
 
-fn probe(library: &'static [&'static dyn Effect], config: &Config) -> Result<Box<Probe>, ConfigError> {
+fn probe(
+    library: &'static [&'static dyn Effect],
+    config: &Config,
+    freeze_at_us: Option<u64>,
+) -> Result<Box<Probe>, ConfigError> {
     let mut probe = Box::new(Probe::new());
     probe.set_library(library);
     probe.configure(config)?;
+    if let Some(at_us) = freeze_at_us {
+        probe.freeze(at_us);
+    }
     Ok(probe)
 }
 

@@ -54,7 +54,6 @@ const WORDS: [&str; 5] = ["hand", "drill_string", "lm", "pso", "nothing"];
 static WHOLE: LazyLock<(Table, Vec<Vec<Step>>)> = LazyLock::new(|| {
     let defaults = Config::default();
     let whole = Config {
-        freeze_at_us: Some(1_000_000),
         full_scale: FullScale { gyro_rad_s: Some(35.0), accel_m_s2: Some(157.0), mag_ut: Some(800.0) },
         latency: Latency { gyro_s: Some(0.001), accel_s: Some(0.002), mag_s: Some(0.004) },
         earth: Earth {

@@ -8,6 +8,7 @@ mod delimited;
 mod gate;
 mod matlab;
 mod mcap;
+mod median;
 mod merged;
 mod names;
 mod one_clock;

@@ -68,8 +68,9 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
     units_and_axes(&Imported { merged: &merged, gyro: &gyro, all: &[], map: &map, keys })
 }
 
-/// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down,
-/// and nothing is identified from it. What is only doubtful becomes a note.
+/// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down and without
+/// effects; [`frozen_from_us`](crate::flight::configuration::frozen_from_us) keeps a model from being learnt. What is only
+/// doubtful becomes a note.
 ///
 /// # Errors
 /// What cannot be, with the likely fix.
@@ -94,8 +95,6 @@ pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<()
             trace.wrong.join("\n  ")
         )));
     }
-    // A model of such readings would be of their units.
-    config.freeze_at_us = Some(0);
     config.effects = false;
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::{
     column_map::{ColumnMap, Part},
+    median::median,
     names::{Meaning, is_time, meaning},
     table::Table,
     units::{Quantity, STANDARD_GRAVITY},
@@ -205,12 +206,6 @@ fn rows(table: &Table, part: &Part) -> Vec<[f64; 3]> {
     (0..table.rows()).map(row).filter(|row| row.iter().all(|value| value.is_finite())).collect()
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.retain(|value| value.is_finite());
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
 /// The unit of a sensor's columns, with the reason.
 fn unit(table: &Table, quantity: Quantity, part: &Part) -> Result<(String, String), String> {
     if let Some(given) = &part.unit {
@@ -224,8 +219,8 @@ fn unit(table: &Table, quantity: Quantity, part: &Part) -> Result<(String, Strin
     if let Some(unit) = names.chain([table.name.as_str()]).find_map(|name| quantity.unit_in(name)) {
         return Ok((unit.name.to_owned(), "by its name".into()));
     }
-    let norms = rows(table, part).iter().map(|row| row.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
-    let typical = median(norms);
+    let norms = rows(table, part).into_iter().map(|row| row.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let typical = median(norms.filter(|norm| norm.is_finite()));
     let by_value = |expected: f64, candidates: &[&'static str]| {
         let typical = typical?;
         let distance = |name: &&&str| {
@@ -277,8 +272,9 @@ fn time(table: &Table, part: &mut Part) -> Result<String, String> {
             (unit.name, "by the map".to_owned())
         }
         (None, false, named) => {
-            let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-            let step = median(steps).ok_or_else(|| format!("column {name:?} does not increase: it is no time"))?;
+            let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]);
+            let step = median(steps.filter(|step| *step > 0.0 && step.is_finite()))
+                .ok_or_else(|| format!("column {name:?} does not increase: it is no time"))?;
             // 5 Hz to 4 kHz: under a factor of a thousand, so that one unit fits.
             let fits = |unit: &&&str| {
                 (2.5e-4..0.2).contains(&(step * Quantity::Time.unit(unit).map_or(1.0, |unit| unit.factor)))

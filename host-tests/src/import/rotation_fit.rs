@@ -2,6 +2,7 @@
 //! the body as `dv/dt = v x w`. Least squares over all signed orders of the axes, each with its scale, says
 //! which of them makes the gyro turn the vector as it turns.
 
+use super::median::median;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Length over which readings are averaged: short against a turn, long against vibration, seconds.
@@ -80,14 +81,9 @@ pub struct RotationFit {
 #[must_use]
 pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<RotationFit> {
     let mut blocks = blocks(t_us, gyro, vector);
-    let mut norms: Vec<f64> = blocks.iter().map(|block| block.vector.norm()).collect();
-    let middle = norms.len() / 2;
-    if norms.is_empty() {
-        return None;
-    }
+    let typical = median(blocks.iter().map(|block| block.vector.norm()))?;
     // A vector of another length is not the earth's alone.
-    let median = *norms.select_nth_unstable_by(middle, f64::total_cmp).1;
-    blocks.retain(|block| (block.vector.norm() - median).abs() < UNDISTURBED * median);
+    blocks.retain(|block| (block.vector.norm() - typical).abs() < UNDISTURBED * typical);
     let mut normal = SMatrix::<f64, 12, 12>::zeros();
     let (mut right, mut square) = (SVector::<f64, 12>::zeros(), 0.0);
     for pair in blocks.windows(2) {

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 
 use meerkat_mwd::{
-    Config,
     compensation::{Effect, Sensor},
     diagnosis::{DiagnosisReport, EffectReport, Verdict},
     magnet::HardIronInterval,
@@ -12,6 +11,7 @@ use meerkat_mwd::{
 use super::remainder_text::remainder_text;
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rivals},
+    flight::Flight,
     number::fixed,
     score::{PerModel, Reference},
     trace::{Trace, seconds},
@@ -24,7 +24,7 @@ use crate::{
 pub fn print_account(
     out: &mut impl Write,
     trace: &Trace,
-    config: &Config,
+    flight: &Flight,
     diagnosed: &Diagnosed,
     reference: Option<&Reference>,
 ) -> io::Result<()> {
@@ -35,7 +35,7 @@ pub fn print_account(
     for note in &trace.notes {
         writeln!(out, "note      {note}")?;
     }
-    if let Some(freeze_us) = config.freeze_at_us {
+    if let Some(freeze_us) = flight.frozen_at_us {
         writeln!(
             out,
             "hold-out  effects frozen from {} s; residuals and scores are over what follows",

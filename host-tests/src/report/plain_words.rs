@@ -84,9 +84,10 @@ pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diag
 pub fn diagnosis(diagnosed: &Diagnosed) -> VerdictWords {
     let (is_sound, meaning) = match diagnosed.verdict {
         Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
-        Verdict::EffectsFound => {
-            (true, "Errors of the sensors beyond the gyro's bias, scale and axes were found, see below; what is left is small.")
-        }
+        Verdict::EffectsFound => (
+            true,
+            "Errors of the sensors beyond the gyro's bias, scale and axes were found, see below; what is left is small.",
+        ),
         Verdict::NotEnoughExcitation => {
             (false, "Nothing can be told: the tool moved too little, or too little could be read.")
         }

@@ -45,7 +45,7 @@ pub fn print_summary(
     print_diagnosed(out, config, diagnosed)?;
     print_parameters(out, layout, &Parameters::at_the_end(config, flight))?;
     match reference {
-        Some(reference) => print_scores(out, layout, config, reference),
+        Some(reference) => print_scores(out, layout, flight, reference),
         None => writeln!(out, "scores   none: the trace holds nothing to score against"),
     }
 }
@@ -85,7 +85,7 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
         writeln!(out, "note     {note}")?;
     }
     writeln!(out, "{}", motion::line(trace, config))?;
-    if let Some(freeze) = config.freeze_at_us {
+    if let Some(freeze) = flight.frozen_at_us {
         writeln!(out, "hold-out parameters frozen from {} s; scores are over what follows", seconds(freeze))?;
     }
     Ok(())
@@ -162,8 +162,8 @@ fn print_parameters(out: &mut impl Write, layout: Layout, last: &Parameters) -> 
 
 const MODELS: [&str; 4] = ["uncompensated", "bias only", "12 param.", "flown"];
 
-fn print_scores(out: &mut impl Write, layout: Layout, config: &Config, reference: &Reference) -> io::Result<()> {
-    let part = if config.freeze_at_us.is_some() { "held out" } else { "whole trace" };
+fn print_scores(out: &mut impl Write, layout: Layout, flight: &Flight, reference: &Reference) -> io::Result<()> {
+    let part = if flight.frozen_at_us.is_some() { "held out" } else { "whole trace" };
     let rows = [
         (["rotation over 2 s, deg rms"; 2], &reference.orientation_2s_rms_deg),
         (

@@ -111,7 +111,7 @@ mod tests {
     fn a_rest_and_a_drilled_minute_give_rows_whose_angles_are_the_holes() {
         let hole = Hole { inclination_deg: 45.0, azimuth_deg: 60.0, ..Hole::default() };
         let (trace, _) = simulate(&Scenario { duration_s: 90.0, rest_s: 30.0, hole, ..Scenario::default() }, 3);
-        let taken = surveys(started(&of_trace(&trace), None).unwrap(), &trace).unwrap();
+        let taken = surveys(started(&of_trace(&trace), None, None).unwrap(), &trace).unwrap();
         let mut text = Vec::new();
         write_rows(&taken, &mut text).unwrap();
         let text = String::from_utf8(text).unwrap();

@@ -39,10 +39,10 @@ pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<
         return None;
     }
     let identification = &config.identification;
-    let until_us = config.freeze_at_us.map_or(u64::MAX, |freeze| freeze.saturating_sub(trace.first_us()));
+    let until_us = flight.frozen_at_us.map_or(u64::MAX, |freeze| freeze.saturating_sub(trace.first_us()));
     let available_s = trace.duration_us().min(until_us) as f64 * 1e-6;
     let latency_s = identification.latency_s;
-    let (part, window_s, needed) = if config.freeze_at_us.is_some() {
+    let (part, window_s, needed) = if flight.frozen_at_us.is_some() {
         // The last window is closed early enough for its result, however short that makes it.
         ("the part before the hold-out", 0.0, format!("the result of a window takes {latency_s:.1} s"))
     } else {
@@ -79,10 +79,11 @@ mod tests {
     fn a_short_trace_and_a_short_training_part_are_told_apart() {
         let samples = [0, 30_000_000].map(|t_us| Sample { t_us, ..Sample::default() }).to_vec();
         let trace = Trace { samples, ..Trace::default() };
-        let mut config = Config::default();
-        let why = |config: &Config| why_no_window(&trace, config, &Flight::default()).unwrap();
-        assert!(why(&config).contains("the trace lasts 30.0 s; a window takes 50.0 s"));
-        config.freeze_at_us = Some(500_000);
-        assert!(why(&config).contains("before the hold-out lasts 0.5 s; the result of a window takes 1.0 s"));
+        let why = |frozen_at_us| {
+            let flight = Flight { frozen_at_us, ..Flight::default() };
+            why_no_window(&trace, &Config::default(), &flight).unwrap()
+        };
+        assert!(why(None).contains("the trace lasts 30.0 s; a window takes 50.0 s"));
+        assert!(why(Some(500_000)).contains("before the hold-out lasts 0.5 s; the result of a window takes 1.0 s"));
     }
 }

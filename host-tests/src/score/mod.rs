@@ -79,9 +79,9 @@ pub struct Settings {
 impl Settings {
     /// The settings for a flight over `trace` with `config`.
     #[must_use]
-    pub fn of(trace: &Trace, config: &Config) -> Self {
+    pub fn of(trace: &Trace, config: &Config, flight: &Flight) -> Self {
         Self {
-            from_us: config.freeze_at_us.unwrap_or(trace.first_us()),
+            from_us: flight.frozen_at_us.unwrap_or(trace.first_us()),
             accel: config.accel,
             factory: config.gyro,
             declination_deg: config.earth.declination_rad.map(|x| f64::from(x).to_degrees()),

@@ -84,7 +84,7 @@ const CALLS: [(Call, &[Name], Option<Name>); 15] = [
     (Call::AbsorbingOwn, &[ABSORB_OWN], None),
     (Call::Walking, &[&["9estimator4work", "5widen17h"], &["9estimator4work", "4walk17h"]], None),
     (Call::Averaging, &AVERAGE, None),
-    (Call::Bounding, &[&["9estimator4work", "6centre17h"], &["9estimator4work", "5bound17h"]], None),
+    (Call::Bounding, &[&["9estimator4work", "6centre17h"], &["9estimator11window_cost", "13bound_by_rows17h"]], None),
     (Call::Weighing, &[&["9estimator4work", "5weigh17h"]], None),
 ];
 
@@ -143,7 +143,7 @@ pub fn count_calls(config: &Config, samples: &[Sample]) -> Result<CallCosts, Emu
     let directory = tempfile::tempdir().map_err(file("no temporary directory"))?;
     let path = directory.path();
     fs::write(path.join("probe"), &elf).map_err(file("the firmware cannot be copied"))?;
-    let trace = wire::encode_trace(config, None, samples.iter().copied())?;
+    let trace = wire::encode_trace(config, None, None, samples.iter().copied())?;
     fs::write(path.join("trace.bin"), trace).map_err(file("the trace cannot be written"))?;
     build_plugin(&toolchain, path)?;
 

@@ -2,7 +2,7 @@
 
 use std::{fs, time::Duration};
 
-use meerkat_mwd::{Config, Sample, telemetry::Summary};
+use meerkat_mwd::{Config, Sample, emulation::Summary};
 
 use super::{
     deadline,
@@ -87,27 +87,32 @@ pub enum Feed {
     ThroughSensors,
 }
 
-/// Flies the samples on the emulated chip. Prepares the toolchain and builds the firmware first.
+/// Flies the samples on the emulated chip; from `freeze_at_us` on nothing new takes effect. Prepares the toolchain and builds the firmware first.
 ///
 /// # Errors
 /// Anything that prevents a whole flight; see [`EmulateError`].
-pub fn fly_emulated(config: &Config, samples: &[Sample], feed: Feed) -> Result<EmulatedFlight, EmulateError> {
+pub fn fly_emulated(
+    config: &Config,
+    freeze_at_us: Option<u64>,
+    samples: &[Sample],
+    feed: Feed,
+) -> Result<EmulatedFlight, EmulateError> {
     config.validate()?;
     let toolchain = toolchain::prepare()?;
     let firmware = build_firmware(&toolchain, Board::Trace)?;
     let period_us = config.sample_period_us;
     let trace = match feed {
-        Feed::Direct => wire::encode_trace(config, None, samples.iter().copied())?,
+        Feed::Direct => wire::encode_trace(config, freeze_at_us, None, samples.iter().copied())?,
         Feed::ThroughSensors => {
             let recording = through_sensors::recording(samples, period_us);
-            wire::encode_trace(config, Some(recording), through_sensors::truth(samples))?
+            wire::encode_trace(config, freeze_at_us, Some(recording), through_sensors::truth(samples))?
         }
     };
     let time = RUN + RUN_PER_SAMPLE.saturating_mul(u32::try_from(samples.len()).unwrap_or(u32::MAX));
     let (bytes, said) = run_firmware(&toolchain, &firmware, &trace, time)?;
     let landed = wire::decode_flight(&bytes)?;
     Ok(EmulatedFlight {
-        flight: landed.flight,
+        flight: Flight { frozen_at_us: freeze_at_us, ..landed.flight },
         poll_instructions: landed.poll_instructions,
         summary: landed.summary,
         image: firmware.size,

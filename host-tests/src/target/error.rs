@@ -2,7 +2,7 @@
 
 use std::io;
 
-use meerkat_mwd::{config::ConfigError, sensor_models::PlayedCounts};
+use meerkat_mwd::{config::ConfigError, emulation::PlayedCounts};
 
 use super::{deadline::CommandError, image::ImageError, missing::Missing, wire::WireError};
 

@@ -41,7 +41,7 @@ pub fn measured(flight: &Trace) -> Result<Sizes, EmulateError> {
         sizes.insert(format!("{kind}: everything else"), rest);
         sizes.insert(format!("{kind}, in all"), total);
     }
-    let flown = fly_emulated(&of_trace(flight), &flight.samples, Feed::Direct)?;
+    let flown = fly_emulated(&of_trace(flight), None, &flight.samples, Feed::Direct)?;
     sizes.insert("stack, one window of drilling".to_owned(), flown.summary.stack_used_bytes.into());
     Ok(sizes)
 }

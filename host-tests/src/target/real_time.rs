@@ -12,7 +12,7 @@ use crate::{
 use meerkat_mwd::{
     Config, Sample,
     config::SurveyConfig,
-    sensor_models::Recording,
+    emulation::Recording,
     telemetry::{ProbeId, StreamConfig},
 };
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};

@@ -3,9 +3,7 @@
 use crate::flight::Flight;
 use meerkat_mwd::{
     Config, Sample,
-    sensor_models::Recording,
-    survey::{DrillingDynamics, SurveyReport},
-    telemetry::{Record, Summary},
+    emulation::{Record, Recording, Summary},
 };
 
 /// Content of a whole `flight.bin`.
@@ -17,10 +15,6 @@ pub struct Landed {
     pub poll_instructions: Vec<u64>,
     /// Costs of the run.
     pub summary: Summary,
-    /// Stationary and rotating surveys.
-    pub surveys: Vec<SurveyReport>,
-    /// Windows of drilling dynamics.
-    pub dynamics: Vec<DrillingDynamics>,
 }
 
 /// Reasons why bytes are not a whole flight.
@@ -48,18 +42,19 @@ pub enum WireError {
     },
 }
 
-/// Encodes the configuration, how the recording is played to the sensor models (`None`: given directly), then
-/// each sample.
+/// Encodes the configuration, the instant from which nothing new takes effect, how the recording is played to the sensor
+/// models (`None`: given directly), then each sample.
 ///
 /// # Errors
 /// Never in practice: every field has an encoding.
 pub fn encode_trace(
     config: &Config,
+    freeze_at_us: Option<u64>,
     recording: Option<Recording>,
     samples: impl IntoIterator<Item = Sample>,
 ) -> Result<Vec<u8>, postcard::Error> {
     let bytes = postcard::to_extend(config, Vec::with_capacity(512))?;
-    let bytes = postcard::to_extend(&recording, bytes)?;
+    let bytes = postcard::to_extend(&(freeze_at_us, recording), bytes)?;
     samples.into_iter().try_fold(bytes, |bytes, sample| postcard::to_extend(&sample, bytes))
 }
 
@@ -71,11 +66,10 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
     let mut outputs = Vec::new();
     let mut reports = Vec::new();
     let (mut diagnoses, mut magnets) = (Vec::new(), Vec::new());
-    let (mut surveys, mut dynamics) = (Vec::new(), Vec::new());
     let mut poll_instructions = Vec::new();
     let mut rest = bytes;
     loop {
-        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len() + surveys.len() + dynamics.len();
+        let records = outputs.len() + reports.len() + diagnoses.len() + magnets.len();
         if rest.is_empty() {
             return Err(WireError::NoSummary { records });
         }
@@ -90,12 +84,10 @@ pub fn decode_flight(bytes: &[u8]) -> Result<Landed, WireError> {
             }
             Record::Diagnosis(report) => diagnoses.push(report),
             Record::HardIron(interval) => magnets.push(interval),
-            Record::Survey(report) => surveys.push(report),
-            Record::Dynamics(window) => dynamics.push(window),
             Record::End(summary) if rest.is_empty() => {
                 let counters = summary.counters;
-                let flight = Flight { outputs, reports, diagnoses, magnets, counters, spooled: None };
-                return Ok(Landed { flight, poll_instructions, summary, surveys, dynamics });
+                let flight = Flight { outputs, reports, diagnoses, magnets, counters, ..Flight::default() };
+                return Ok(Landed { flight, poll_instructions, summary });
             }
             Record::End(_) => return Err(WireError::AfterSummary { bytes: rest.len() }),
             _ => return Err(malformed),
@@ -139,14 +131,15 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_is_the_configuration_and_then_the_samples() {
+    fn a_trace_is_the_configuration_a_freeze_and_then_the_samples() {
         let config = Config { seed: 77, ..Config::default() };
         let sample =
             Sample { t_us: u64::MAX, gyro_rad_s: [f32::MIN_POSITIVE, f32::INFINITY, -0.0], ..Sample::default() };
         let recording = Recording { inertial_us: 5_000, magnetic_us: 10_000 };
-        let bytes = encode_trace(&config, Some(recording), [sample; 3]).unwrap();
-        let (decoded, mut rest): ((Config, Option<Recording>), _) = postcard::take_from_bytes(&bytes).unwrap();
-        assert_eq!(decoded, (config, Some(recording)));
+        let bytes = encode_trace(&config, Some(7), Some(recording), [sample; 3]).unwrap();
+        let (decoded, mut rest): ((Config, Option<u64>, Option<Recording>), _) =
+            postcard::take_from_bytes(&bytes).unwrap();
+        assert_eq!(decoded, (config, Some(7), Some(recording)));
         for _ in 0..3 {
             let (decoded, after): (Sample, _) = postcard::take_from_bytes(rest).unwrap();
             assert_eq!(decoded, sample);

@@ -9,7 +9,7 @@ use super::{
 use meerkat_mwd::{
     Sample,
     application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Stage},
-    sensor_models::{BusFault, Injection, ModelledParts, RecordingPlayer, Schedule},
+    emulation::{BusFault, Injection, ModelledParts, RecordingPlayer, Schedule},
     telemetry::{Message, ProbeId, ResetReason},
 };
 use std::collections::VecDeque;

@@ -38,7 +38,7 @@ use meerkat_mwd::{
     },
     compensation::effects::LIBRARY,
     config::{Latency, SurveyConfig},
-    sensor_models::{Conversions, ModelledParts, Recording, RecordingPlayer},
+    emulation::{Conversions, ModelledParts, Recording, RecordingPlayer},
     storage::{Limits, ModelStore, NotDrilling, Preparation},
     survey::Surveyor,
     telemetry::{ResetReason, StreamConfig},

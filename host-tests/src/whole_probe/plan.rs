@@ -7,7 +7,7 @@ use crate::{
 };
 use meerkat_mwd::{
     application::Stage,
-    sensor_models::{BusFault, PartFault},
+    emulation::{BusFault, PartFault},
 };
 
 /// Something that happens to the probe.

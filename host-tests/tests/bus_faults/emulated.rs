@@ -38,7 +38,7 @@ fn a_flight_through_adapters_on_models_is_the_same_to_the_bit_on_host_and_chip()
     let recorded = each_field_once(&trace.samples);
     let played = play(&recorded, config.sample_period_us);
     let host = fly(&config, &played.samples, |_| {}).unwrap();
-    let chip = fly_emulated(&config, &recorded, Feed::ThroughSensors).unwrap();
+    let chip = fly_emulated(&config, None, &recorded, Feed::ThroughSensors).unwrap();
     assert!(host.outputs.len() >= recorded.len() - 1 && !host.reports.is_empty());
     assert_eq!(postcard::to_stdvec(&host.outputs), postcard::to_stdvec(&chip.flight.outputs));
     assert_eq!(postcard::to_stdvec(&host.reports), postcard::to_stdvec(&chip.flight.reports));
@@ -48,7 +48,7 @@ fn a_flight_through_adapters_on_models_is_the_same_to_the_bit_on_host_and_chip()
     assert_eq!(cost.counts, played.counts);
     assert!(cost.adapters > 100.0 && cost.wires > 100.0 && cost.most >= cost.adapters);
     // Fly what the adapters made of the recording, not the recording.
-    let direct = fly_emulated(&config, &recorded, Feed::Direct).unwrap();
+    let direct = fly_emulated(&config, None, &recorded, Feed::Direct).unwrap();
     assert_ne!(direct.flight.outputs, chip.flight.outputs);
     assert_eq!(direct.sampling, None);
 }

@@ -8,7 +8,7 @@ use embedded_hal::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, O
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use meerkat_mwd::{
     Sample,
-    sensor_models::{
+    emulation::{
         BusFault, Conversions, FaultyBus, Injection, Ism330dhcx as Ism330dhcxModel, OnI2c, Rm3100 as Rm3100Model,
         Schedule, ism330dhcx, rm3100,
     },

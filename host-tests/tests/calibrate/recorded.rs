@@ -5,7 +5,10 @@ use crate::rig::files::recording;
 use meerkat_mwd::identification::Decision;
 use mwd::{
     calibrate::{Calibration, Verdict, calibrate, record},
-    flight::{configuration::of_file, fly},
+    flight::{
+        configuration::{freeze_at_us, of_file},
+        fly_frozen,
+    },
     score::{self, Settings},
     trace::Trace,
 };
@@ -44,10 +47,9 @@ fn carried_deg(name: &str, with_record: bool) -> ([f64; 3], bool) {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("factory.toml");
     record::write(&calibrated(&trace, Some(0.35)), &file).unwrap();
-    let mut config = of_file(&trace, with_record.then_some(file.as_path())).unwrap();
-    config.freeze_at_us = Some(mwd::flight::configuration::freeze_at_us(&trace, 0.35));
-    let flight = fly(&config, &trace.samples, |_| {}).unwrap();
-    let errors = score::score(&trace, &flight, &Settings::of(&trace, &config)).unwrap().rest_gravity_deg;
+    let config = of_file(&trace, with_record.then_some(file.as_path())).unwrap();
+    let flight = fly_frozen(&config, freeze_at_us(&trace, 0.35), &trace.samples).unwrap();
+    let errors = score::score(&trace, &flight, &Settings::of(&trace, &config, &flight)).unwrap().rest_gravity_deg;
     let found = [errors.bias_only, errors.twelve_parameters, errors.with_effects].map(Option::unwrap);
     (found, flight.reports.iter().any(|report| report.decision == Decision::Accepted))
 }

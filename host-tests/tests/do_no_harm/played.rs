@@ -1,5 +1,4 @@
 use meerkat_mwd::{
-    Config,
     config::OptimizerKind,
     identification::{Decision, WindowReport},
 };
@@ -8,7 +7,7 @@ use mwd::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
-        fly,
+        fly_frozen,
     },
     score::{self, PerModel},
     trace::Trace,
@@ -37,19 +36,19 @@ impl Played {
 
 /// `None` without a score (no motion held out).
 pub fn play(trace: &Trace, hold_out: f64, optimizer: OptimizerKind) -> Option<Played> {
-    let mut config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
+    let mut config = of_trace(trace);
     config.identification.optimizer = optimizer;
-    scored(trace, &config, fly(&config, &trace.samples, |_| {}).unwrap())
+    scored(trace, fly_frozen(&config, freeze_at_us(trace, hold_out), &trace.samples).unwrap())
 }
 
 /// Plays a trace with the reference standing in for accelerometer and magnetometer.
 pub fn play_against_reference(trace: &Trace, hold_out: f64) -> Option<Played> {
-    let config = Config { freeze_at_us: Some(freeze_at_us(trace, hold_out)), ..of_trace(trace) };
-    scored(trace, &config, against_reference(trace, &config).unwrap().0)
+    let freeze_us = freeze_at_us(trace, hold_out);
+    scored(trace, against_reference(trace, &of_trace(trace), Some(freeze_us)).unwrap().0)
 }
 
-fn scored(trace: &Trace, config: &Config, flight: Flight) -> Option<Played> {
-    let settings = score::Settings { from_us: config.freeze_at_us.unwrap(), ..score::Settings::default() };
+fn scored(trace: &Trace, flight: Flight) -> Option<Played> {
+    let settings = score::Settings { from_us: flight.frozen_at_us.unwrap(), ..score::Settings::default() };
     let reference = score::score(trace, &flight, &settings)?;
     let scores = match reference.time_alignment_ms {
         Some(_) => reference.orientation_2s_rms_time_aligned_deg,

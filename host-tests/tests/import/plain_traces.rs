@@ -1,7 +1,7 @@
 //! Units, signs and axes of a trace that is flown as it is: what cannot be is refused by name, and what is
 //! only hard is not.
 
-use meerkat_mwd::{Config, Sample};
+use meerkat_mwd::Sample;
 use mwd::{
     flight::configuration::of_trace,
     import::plausible::checked,
@@ -141,5 +141,4 @@ fn replay_and_diagnose_refuse_and_a_forced_flight_identifies_nothing() {
     assert!(surveys.lines().count() > 1 && !surveys.contains(",good,"), "{surveys}");
     let batch = mwd(&["batch", &trace, "-o", &table]);
     assert!(String::from_utf8_lossy(&batch.stdout).contains("1 bad"), "{batch:?}");
-    assert!(of_trace(&Trace::read(trace.as_ref()).unwrap()).freeze_at_us == Config::default().freeze_at_us);
 }

@@ -121,11 +121,11 @@ fn the_magnet_of_a_real_recording_is_found_and_no_longer_turns_the_heading() {
 #[test]
 fn a_magnet_that_came_after_the_freeze_is_not_learned_any_more() {
     let trace = recording(ATTACHED_MAGNET);
-    let config = Config { freeze_at_us: Some(trace.samples[0].t_us + 1_000_000), ..of_trace(&trace) };
-    let watched = watch_with(&trace, &config);
+    let (config, freeze_us) = (of_trace(&trace), trace.samples[0].t_us + 1_000_000);
+    let watched = watch_with(&trace, &config, freeze_us);
     assert_eq!(watched.intervals.iter().map(|i| i.corrected).collect::<Vec<_>>(), [false]);
     // Withheld from the first suspicion until the magnet is gone.
     assert!(watched.unused > 0.9, "{}", watched.unused);
-    let off = watch_with(&trace, &Config { effects: false, ..config });
+    let off = watch_with(&trace, &Config { effects: false, ..config }, freeze_us);
     assert!(off.intervals.is_empty() && off.counts.suspicions == 0);
 }

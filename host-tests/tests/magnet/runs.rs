@@ -72,12 +72,14 @@ pub struct Watched {
 }
 
 pub fn watch(trace: &Trace) -> Watched {
-    watch_with(trace, &of_trace(trace))
+    watch_with(trace, &of_trace(trace), u64::MAX)
 }
 
-pub fn watch_with(trace: &Trace, config: &Config) -> Watched {
+/// Flies a trace; from `freeze_at_us` on nothing new takes effect.
+pub fn watch_with(trace: &Trace, config: &Config, freeze_at_us: u64) -> Watched {
     let mut probe = Box::new(Probe::new());
     probe.configure(config).unwrap();
+    probe.freeze(freeze_at_us);
     let mut unused = 0;
     for sample in &trace.samples {
         let output = probe.push(sample).unwrap();

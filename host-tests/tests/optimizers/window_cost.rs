@@ -3,7 +3,7 @@ use crate::rig::files::scenario;
 use super::searches::SEEDS;
 use meerkat_mwd::config::OptimizerKind;
 use mwd::{
-    flight::{configuration::of_trace, fly},
+    flight::{configuration::of_trace, fly_frozen},
     simulate::{Scenario, simulate},
 };
 
@@ -16,11 +16,10 @@ fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_deriv
     let (trace, _) = simulate(&scenario, 100);
     let search = |kind: OptimizerKind, budget: u32, seed: u64| {
         let mut config = of_trace(&trace);
-        config.freeze_at_us = Some(trace.first_us() + 51_000_000);
         config.identification.optimizer = kind;
         config.identification.max_evaluations = budget;
         config.seed = seed;
-        let flight = fly(&config, &trace.samples, |_| {}).unwrap();
+        let flight = fly_frozen(&config, trace.first_us() + 51_000_000, &trace.samples).unwrap();
         let report = *flight.reports.first().expect("a window");
         (report.cost_after.unwrap(), report.evaluations)
     };

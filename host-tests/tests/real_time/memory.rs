@@ -108,7 +108,7 @@ fn a_filter_that_goes_on_after_power_up_gives_what_it_gives_on_the_host() {
     let head = store.learnt_with(number).unwrap().expect("what the filter had learnt");
     assert!(head.motion_s > 50.0, "{head:?}");
     let begun = |goes_on| {
-        let mut begun = flight::started(&config, Some(&model)).unwrap();
+        let mut begun = flight::started(&config, None, Some(&model)).unwrap();
         if goes_on {
             let read = |take: &mut dyn FnMut(usize, f32)| store.clone().read_learnt(number, take).unwrap();
             assert_eq!(begun.go_on(&head, read), Ok(()));

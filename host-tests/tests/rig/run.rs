@@ -7,11 +7,12 @@ use super::{
 use meerkat_mwd::{
     Config, Sample,
     attitude::AttitudeFlags,
+    compensation::effects::LIBRARY,
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
 };
 use mwd::{
-    flight::{Flight, configuration::of_trace, fly},
+    flight::{Flight, configuration::of_trace, fly, fly_with},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
@@ -61,6 +62,13 @@ impl Run {
     /// Flies these samples and checks what every flight must satisfy.
     pub fn fly(&self, samples: &[Sample]) -> Flight {
         flown(&self.config, samples)
+    }
+
+    /// Flies these samples with nothing new taking effect from an instant on, and checks the same.
+    pub fn fly_frozen(&self, freeze_at_us: Option<u64>, samples: &[Sample]) -> Flight {
+        let flight = fly_with(&LIBRARY, &self.config, freeze_at_us, samples).unwrap();
+        sound(&flight, samples.len());
+        flight
     }
 
     /// The true attitude at the time of an output.

@@ -7,7 +7,7 @@ use embedded_hal::{
 };
 use meerkat_mwd::{
     Sample,
-    sensor_models::{
+    emulation::{
         BusFault, Conversions, FaultyBus, Injection, Ism330dhcx, OnI2c, OnSpi, PartFault, Rm3100, Schedule, ism330dhcx,
     },
 };

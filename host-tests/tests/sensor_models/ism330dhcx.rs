@@ -3,7 +3,7 @@
 use super::{Random, wire::*};
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, ism330dhcx::I2C_ADDRESS},
+    emulation::{Conversions, ism330dhcx::I2C_ADDRESS},
 };
 
 const STANDARD_GRAVITY: f32 = 9.806_65;
@@ -62,7 +62,7 @@ fn a_word_is_within_half_an_lsb_in_every_range_and_saturates_beyond() {
 }
 
 /// Words that the FIFO hands out: tag, time slot, data. Parity is checked.
-fn drain(wired: &Wired<meerkat_mwd::sensor_models::Ism330dhcx>, count: usize) -> Vec<(u8, u8, [i16; 3])> {
+fn drain(wired: &Wired<meerkat_mwd::emulation::Ism330dhcx>, count: usize) -> Vec<(u8, u8, [i16; 3])> {
     (0..count)
         .map(|_| {
             let word = wired.read::<7>(0x78);
@@ -72,7 +72,7 @@ fn drain(wired: &Wired<meerkat_mwd::sensor_models::Ism330dhcx>, count: usize) ->
         .collect()
 }
 
-fn level(wired: &Wired<meerkat_mwd::sensor_models::Ism330dhcx>) -> (usize, u8) {
+fn level(wired: &Wired<meerkat_mwd::emulation::Ism330dhcx>) -> (usize, u8) {
     let [low, high] = wired.read::<2>(0x3A);
     (usize::from(u16::from_le_bytes([low, high & 3])), high)
 }

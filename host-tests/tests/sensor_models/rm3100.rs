@@ -3,7 +3,7 @@
 use super::{Random, wire::*};
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, Rm3100, rm3100::I2C_ADDRESS},
+    emulation::{Conversions, Rm3100, rm3100::I2C_ADDRESS},
 };
 
 /// All axes, data ready after all of them, started.

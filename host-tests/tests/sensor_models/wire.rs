@@ -3,7 +3,7 @@
 use embedded_hal::{i2c::I2c, spi::SpiDevice};
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, Ism330dhcx, OnI2c, OnSpi, Rm3100, SerialPart},
+    emulation::{Conversions, Ism330dhcx, OnI2c, OnSpi, Rm3100, SerialPart},
 };
 use std::cell::{Cell, RefCell};
 

@@ -81,7 +81,7 @@ fn the_longest_payloads_fit() {
     println!("longest payloads by kind: {longest:?}; a diagnosis with everything {length}");
     // All that has a variable width is at its widest.
     assert!(length <= MAX_PAYLOAD);
-    let full = Config { freeze_at_us: Some(u64::MAX), seed: u64::MAX, ..config };
+    let full = Config { seed: u64::MAX, ..config };
     assert!(encode_payload(&Command::Configure(full), &mut buffer).unwrap().len() + 24 < MAX_PAYLOAD);
 }
 

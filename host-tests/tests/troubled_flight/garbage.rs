@@ -64,24 +64,26 @@ fn any_config() -> impl Strategy<Value = Config> {
     let earth =
         (option::of(20.0..70.0_f32), option::of(-1.5..1.5_f32), option::of(-3.0..3.0_f32), option::of(-1.5..1.5_f32));
     let period = prop_oneof![12 => Just(10_000), 1 => 100_u32..=20_000];
-    let freeze = option::weighted(0.3, 0_u64..100_000_000);
-    (full_scale, optimizer, earth, period, freeze, any::<u64>()).prop_map(
-        |(full_scale, optimizer, earth, period, freeze, seed)| {
-            let mut config = BASE.config;
-            let (gyro_rad_s, accel_m_s2, mag_ut) = full_scale;
-            config.full_scale = FullScale { gyro_rad_s, accel_m_s2, mag_ut };
-            (
-                config.earth.magnetic_field_ut,
-                config.earth.dip_rad,
-                config.earth.declination_rad,
-                config.earth.latitude_rad,
-            ) = earth;
-            config.identification.optimizer = optimizer;
-            config.identification.max_evaluations = 60;
-            (config.sample_period_us, config.freeze_at_us, config.seed) = (period, freeze, seed);
-            config
-        },
-    )
+    (full_scale, optimizer, earth, period, any::<u64>()).prop_map(|(full_scale, optimizer, earth, period, seed)| {
+        let mut config = BASE.config;
+        let (gyro_rad_s, accel_m_s2, mag_ut) = full_scale;
+        config.full_scale = FullScale { gyro_rad_s, accel_m_s2, mag_ut };
+        (
+            config.earth.magnetic_field_ut,
+            config.earth.dip_rad,
+            config.earth.declination_rad,
+            config.earth.latitude_rad,
+        ) = earth;
+        config.identification.optimizer = optimizer;
+        config.identification.max_evaluations = 60;
+        (config.sample_period_us, config.seed) = (period, seed);
+        config
+    })
+}
+
+/// When nothing new takes effect any more, and with which sample the probe is told.
+fn any_freeze() -> impl Strategy<Value = Option<(u64, usize)>> {
+    option::weighted(0.3, (0_u64..100_000_000, prop_oneof![Just(0), 0_usize..8_000]))
 }
 
 /// Troubles over the base run: where each begins and for how many samples it lasts.
@@ -124,12 +126,15 @@ fn troubled(index: usize, troubles: &Troubles, shift_us: &mut u64) -> Option<(Sa
     Some((sample, polled))
 }
 
-fn survives(config: &Config, troubles: &Troubles, budget: u32) {
+fn survives(config: &Config, freeze: Option<(u64, usize)>, troubles: &Troubles, budget: u32) {
     let mut probe = Box::new(Probe::new());
     probe.configure(config).unwrap();
     let (mut pushed, mut shift_us, mut last_us, mut last_output_us) = (0_u64, 0, None, None);
     let mut doubted_us = None;
     for index in 0..BASE.trace.samples.len() {
+        if let Some((at_us, _)) = freeze.filter(|(_, told)| *told == index) {
+            probe.freeze(at_us);
+        }
         let Some((sample, polled)) = troubled(index, troubles, &mut shift_us) else { continue };
         pushed += 1;
         let output = probe.push(&sample);
@@ -168,8 +173,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn troubles_of_every_kind_over_a_real_run(config in any_config(), troubles in any_troubles(), budget in 0_u32..2_000) {
-        survives(&config, &troubles, budget);
+    fn troubles_of_every_kind_over_a_real_run(
+        config in any_config(), freeze in any_freeze(), troubles in any_troubles(), budget in 0_u32..2_000,
+    ) {
+        survives(&config, freeze, &troubles, budget);
     }
 
     #[test]

@@ -180,21 +180,19 @@ fn a_gap_each_ten_to_twenty_seconds_ends_no_window() {
 fn the_last_result_takes_effect_at_the_first_sample_of_the_hold_out_wherever_that_lies_between_samples() {
     // The latency is not a whole number of these periods.
     let scenario = Scenario { duration_s: 66.0, sample_period_us: 3_500, ..scenario("drilling_45deg") };
-    let mut run = of_scenario(&scenario, 3);
+    let run = of_scenario(&scenario, 3);
     for freeze_us in [60_000_000, 60_001_500, 60_002_000, 60_003_499] {
-        run.config.freeze_at_us = Some(freeze_us);
         let first = run.trace.samples.iter().map(|s| s.t_us).find(|&t| t >= freeze_us);
-        let flight = run.fly(&run.trace.samples);
+        let flight = run.fly_frozen(Some(freeze_us), &run.trace.samples);
         assert_eq!(flight.reports.last().map(|r| r.t_effect_us), Some(first), "{freeze_us}");
     }
 }
 
 #[test]
 fn nothing_new_takes_effect_after_a_freeze_even_across_a_gap() {
-    let mut run = run(100.0, 3);
-    run.config.freeze_at_us = Some(60_000_000);
+    let run = run(100.0, 3);
     for (from_s, to_s) in [(30.0, 70.0), (50.0, 58.0), (58.0, 62.0), (59.5, 62.0), (54.0, 90.0)] {
-        let flight = run.fly(&without(&run, from_s, to_s));
+        let flight = run.fly_frozen(Some(60_000_000), &without(&run, from_s, to_s));
         for report in &flight.reports {
             let in_time = report.t_effect_us.is_none_or(|t| t <= 60_000_000);
             // Over ten seconds it takes two samples for a gap to be believed.

@@ -1,13 +1,16 @@
 //! Traces that end before a window does.
 
 use meerkat_mwd::identification::Refusal;
-use mwd::{flight::configuration::freeze_at_us, report::window_note::why_no_window};
+use mwd::{
+    flight::{Flight, configuration::freeze_at_us},
+    report::window_note::why_no_window,
+};
 
 use crate::rig::run::{Run, refusal, run};
 
-fn held_out(mut run: Run, fraction: f64) -> Run {
-    run.config.freeze_at_us = Some(freeze_at_us(&run.trace, fraction));
-    run
+/// Flies a run with its last `fraction` held out.
+fn held_out(run: &Run, fraction: f64) -> Flight {
+    run.fly_frozen(Some(freeze_at_us(&run.trace, fraction)), &run.trace.samples)
 }
 
 #[test]
@@ -24,8 +27,8 @@ fn every_sample_has_an_attitude_and_a_note_says_why_there_is_no_window() {
 fn a_short_training_part_is_refused_with_its_motion() {
     // Half of 30 s, less 1 s of latency and 10 s of rest: 4 s, which is too little even where the data exclude the
     // factory's P.
-    let run = held_out(run(30.0, 1), 0.5);
-    let flight = run.fly(&run.trace.samples);
+    let run = run(30.0, 1);
+    let flight = held_out(&run, 0.5);
     assert_eq!(flight.reports.len(), 1);
     let Some(Refusal::NotEnoughMotion { motion_s, needed_s }) = refusal(&flight.reports[0]) else {
         panic!("{:?}", flight.reports[0])
@@ -42,8 +45,8 @@ fn a_short_training_part_is_refused_with_its_motion() {
 
 #[test]
 fn a_training_part_shorter_than_the_latency_gets_the_note() {
-    let run = held_out(run(8.0, 1), 0.9);
-    let flight = run.fly(&run.trace.samples);
+    let run = run(8.0, 1);
+    let flight = held_out(&run, 0.9);
     assert!(flight.outputs.iter().all(|o| o.attitude.is_some()) && flight.reports.is_empty());
     let why = why_no_window(&run.trace, &run.config, &flight).unwrap();
     assert!(why.contains("before the hold-out lasts 0.8 s; the result of a window takes 1.0 s"), "{why}");

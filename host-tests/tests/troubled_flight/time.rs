@@ -53,8 +53,7 @@ fn the_last_instants_of_time_are_flown_without_overflow() {
         samples.iter_mut().for_each(|s| s.t_us = start.saturating_add(s.t_us));
         samples.push(Sample { t_us: u64::MAX, ..samples[0] });
         for freeze_at_us in [None, Some(0), Some(u64::MAX), Some(u64::MAX - 3_000_000)] {
-            let config = meerkat_mwd::Config { freeze_at_us, ..run.config };
-            let flight = flown(&config, &samples);
+            let flight = run.fly_frozen(freeze_at_us, &samples);
             assert!(flight.counters.out_of_order > 0 && flight.outputs.iter().all(|o| o.attitude.is_some()));
         }
     }

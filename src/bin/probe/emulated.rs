@@ -42,7 +42,7 @@ use meerkat_mwd::{
         Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, SampleConsumer,
         SampleQueue, Stage, Statics, factory_records, provision,
     },
-    sensor_models::Recording,
+    emulation::Recording,
     storage::FactoryRecord,
     survey::Surveyor,
     telemetry::{CommandRefusal, ProbeId, ResetReason},

@@ -1,8 +1,8 @@
 //! The emulated STM32F405 without a clock: `trace.bin` of the emulator's working directory in, `flight.bin` out, both
 //! through semihosting, as fast as it goes and every call's instructions counted.
 //!
-//! In: postcard's encoding of a `Config`, of an `Option<Recording>`, then of one `Sample` after another to the end of
-//! the file. Out: `Record`s. With a `Recording` the samples are the truth of register models of the sensors, and what
+//! In: postcard's encoding of a `Config`, of an `Option<u64>` (the instant from which nothing new takes effect), of an
+//! `Option<Recording>`, then of one `Sample` after another to the end of the file. Out: `Record`s. With a `Recording` the samples are the truth of register models of the sensors, and what
 //! flies is what the adapters read from these.
 
 mod fault;
@@ -18,10 +18,10 @@ use fault::Fault;
 use instruction_counter::{InstructionCounter, Tally};
 use meerkat_mwd::{
     Config, Probe, Sample,
+    emulation::{Record, Summary},
     identification::WindowReport,
     magnet::HardIronInterval,
     probe::Output,
-    telemetry::{Record, Summary},
 };
 use record_writer::RecordWriter;
 use semihosting::process;
@@ -100,7 +100,11 @@ fn fly(
 #[inline(never)]
 fn configure(probe: &mut Probe, trace: &mut TraceReader) -> Result<(), Fault> {
     let config: Config = trace.next()?.ok_or(Fault::TraceMalformed)?;
-    probe.configure(&config).map_err(Fault::Config)
+    probe.configure(&config).map_err(Fault::Config)?;
+    if let Some(at_us) = trace.next::<Option<u64>>()?.ok_or(Fault::TraceMalformed)? {
+        probe.freeze(at_us);
+    }
+    Ok(())
 }
 
 #[inline(never)]

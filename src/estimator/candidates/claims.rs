@@ -98,7 +98,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
 
     /// Returns true if an effect is taken out now.
     pub(super) fn is_taken_out(&self, candidate: CandidateId) -> bool {
-        let is_out = |column: ColumnId| column.place().is_some_and(|place| at(&self.x, place) != T::ZERO);
+        let is_out = |column: ColumnId| column.place().is_some_and(|place| at(&self.root.x, place) != T::ZERO);
         self.columns_of(candidate).iter().any(is_out)
     }
 
@@ -137,7 +137,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         if let Some(error) = own.vector_error() {
             return Columns::of_error(error);
         }
-        let Some(from) = self.first_column(effect, step) else { return Columns::NONE };
+        let Some(from) = self.places.first_column(effect, step) else { return Columns::NONE };
         // A bias step for which there was no shock has no columns.
         let is_idle = own.is_bias_step() && self.shocks.at_us(step).is_none();
         Columns::of_effect(from, if is_idle { 0 } else { own.parameters().len() })
@@ -263,7 +263,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     /// The current bias less that of the beginning: the steps that are taken out, compensated frame, rad/s.
     pub fn stepped(&self) -> V3<T> {
         let mut sum = V3::new(T::ZERO, T::ZERO, T::ZERO);
-        for (x, place) in self.x.iter().zip(self.places()) {
+        for (x, place) in self.root.x.iter().zip(self.places()) {
             let is_step = self.library().get(usize::from(place.effect)).is_some_and(|effect| effect.is_bias_step());
             if let Some(sum) = sum.get_mut(usize::from(place.parameter)).filter(|_| is_step) {
                 *sum += *x * T::of(place.usual);
@@ -283,7 +283,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         let mut factor = Cholesky::<T, MAX_TAKEN>::unset();
         factor.fill_or_least(n, of_both, T::of(LEAST_FACTOR));
         let mut right = [T::ZERO; GLOBALS];
-        for (right, row) in right.iter_mut().zip(&self.globals) {
+        for (right, row) in right.iter_mut().zip(&self.root.globals) {
             for (i, column) in taken.iter().enumerate() {
                 *right -= at(row, column.place().unwrap_or(0)) * factor.at(i, of);
             }

@@ -17,7 +17,12 @@ use super::{
     rules::Rules,
     steadiness::Steadiness,
 };
-use crate::estimator::{columns::NUISANCES, globals::Globals, real::Real, rows::WIDTH, update::SCRATCH};
+use crate::estimator::{
+    columns::NUISANCES,
+    globals::Globals,
+    real::Real,
+    rows::{SCRATCH, WIDTH},
+};
 
 /// Columns that are loaded in one piece of work.
 const LOADED: usize = 24;
@@ -101,7 +106,7 @@ impl<T: Real> Evidence<T> {
         candidates: &Candidates<T, E>,
         units: &Units<T>,
     ) -> bool {
-        let size = NUISANCES + candidates.columns;
+        let size = NUISANCES + candidates.places().len();
         let mut matrix = Matrix::new(size, rows.as_flattened_mut(), further.as_flattened_mut());
         let (choice, account) = (&mut self.choice, &mut self.account);
         self.stage = match self.stage {
@@ -170,7 +175,7 @@ impl<T: Real> Evidence<T> {
             return next;
         }
         let columns = candidates.columns_of(candidate);
-        let place = candidates.first_parameter_of(candidate.number());
+        let place = candidates.places.first_parameter_of(candidate.number());
         if choice.is_chosen(candidate) {
             let Posterior { mean, covariance } = choice.entered.posterior(matrix, columns);
             let variances = covariance.iter().enumerate().filter_map(|(i, row)| row.get(i));

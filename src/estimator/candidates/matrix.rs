@@ -176,17 +176,17 @@ pub(super) fn load<T: Real, const E: usize>(
         let mut pivot = globals.root[NUISANCES + g][BIAS.from + g];
         own[0] = Reflection::new(&mut pivot, &column);
     }
-    let count = candidates.used();
+    let count = candidates.places.used();
     for c in columns {
         let mut column = [T::ZERO; GLOBALS];
         for (i, x) in column.iter_mut().enumerate() {
             *x = match c.checked_sub(NUISANCES) {
                 None => globals.root[i][c],
-                Some(e) if e < count => candidates.globals.get(i).map_or(T::ZERO, |row| at(row, e)),
+                Some(e) if e < count => candidates.root.globals.get(i).map_or(T::ZERO, |row| at(row, e)),
                 // Constants, at nuisances and effects of zero.
                 _ => {
                     let of_nuisances = (0..NUISANCES).fold(T::ZERO, |sum, n| sum - globals.root[i][n] * globals.x[n]);
-                    (0..count).fold(of_nuisances, |sum, e| sum - candidates.globals[i][e] * candidates.x[e])
+                    (0..count).fold(of_nuisances, |sum, e| sum - candidates.root.globals[i][e] * candidates.root.x[e])
                 }
             };
         }
@@ -202,10 +202,10 @@ pub(super) fn load<T: Real, const E: usize>(
         for (row, to) in to.iter_mut().skip(NUISANCES).enumerate().take(count) {
             *to = match c.checked_sub(NUISANCES) {
                 None => T::ZERO,
-                Some(e) if e < count => candidates.root[row][e],
-                _ => {
-                    (0..count).fold(candidates.constants[row], |sum, e| sum - candidates.root[row][e] * candidates.x[e])
-                }
+                Some(e) if e < count => candidates.root.own[row][e],
+                _ => (0..count).fold(candidates.root.constants[row], |sum, e| {
+                    sum - candidates.root.own[row][e] * candidates.root.x[e]
+                }),
             };
         }
     }

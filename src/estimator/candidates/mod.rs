@@ -13,25 +13,37 @@ mod column_id;
 mod entered;
 pub(super) mod evidence;
 mod matrix;
+mod places;
 mod root;
-mod rows;
 mod rules;
 mod shocks;
 mod size;
 mod steadiness;
+mod sums;
 mod terms;
 mod unturned;
 
 use super::{
-    columns::{GLOBALS, NODE},
-    real::{Real, V3, zero3},
+    columns::{BIAS, GLOBALS},
+    globals::Globals,
+    increment::Increment,
+    node::{self, Node},
+    parameters::Parameters,
+    preintegration::{Preintegration, Turned},
+    real::{M3, Real, V3},
+    rows::{SCRATCH, WIDTH},
+    taken_out::TakenOut,
 };
-use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Sensor};
+use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Snapshot};
 pub use candidate_id::{CandidateId, CandidateSet};
 pub use claims::Claim;
 pub(super) use claims::Units;
+use places::{Place, Places};
+use root::Root;
 pub use rules::Rules;
 use shocks::Shocks;
+use sums::Sums;
+use terms::Terms;
 pub(super) use unturned::Unturned;
 
 /// Capacity in columns: the library's effects, with three bias steps.
@@ -50,151 +62,43 @@ const PARAMETERS: usize = 72;
 /// Number of steps of the gyro's bias that the filter looks for at a time, each after a shock of its own.
 pub const STEPS: usize = 3;
 
-/// Meaning of a column.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    /// Index of the effect in the library.
-    pub effect: u8,
-    /// Index of the effect's parameter.
-    pub parameter: u8,
-    /// Index of the bias step among several; 0 for other effects.
-    pub step: u8,
-    sensor: Sensor,
-    /// Deviation of its prior: the unit of the column.
-    pub usual: f32,
-}
-
-/// Source of an effect's columns.
-#[derive(Clone, Copy)]
-enum Kind {
-    /// The effect has columns of its own, from the first increment with a term that is not zero.
-    Own,
-    /// The effect's unknowns are nuisances.
-    Nuisance,
-    /// The effect is a bias step, with columns for each of several shocks.
-    BiasStep,
-}
-
-impl Kind {
-    fn of(effect: &dyn Effect) -> Self {
-        if effect.vector_error().is_some() {
-            Self::Nuisance
-        } else if effect.is_bias_step() {
-            Self::BiasStep
-        } else {
-            Self::Own
-        }
-    }
-}
-
 /// Columns of all effects that are not among the nuisances.
 pub(super) struct Candidates<T, const EFFECTS: usize> {
-    library: Option<&'static [&'static dyn Effect]>,
-    /// Kind of each effect of the library: asked for at every increment.
-    kinds: [Kind; MAX_CANDIDATES],
-    places: [Place; EFFECTS],
-    columns: usize,
-    /// One past the first column of each effect, for a bias step that of the first step; 0: the effect has no columns.
-    firsts: [u8; MAX_CANDIDATES],
+    places: Places<EFFECTS>,
     /// Effects that were found in an earlier session.
     restored: CandidateSet,
-    /// Value of each column that is taken out, in units of its prior's deviation.
-    pub x: [T; EFFECTS],
     shocks: Shocks,
-    /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
-    /// deviation.
-    terms: [V3<T>; EFFECTS],
-    /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
-    /// increments.
-    squares: [T; PARAMETERS],
-    increments: u32,
-    // From node to node: rotation, sum of the fields, velocity and position.
-    rotation: [V3<T>; EFFECTS],
-    field: [V3<T>; EFFECTS],
-    velocity: [V3<T>; EFFECTS],
-    position: [V3<T>; EFFECTS],
-    /// Effects' columns of the node's rows and of the globals' rows; then the effects' own root, with their priors.
-    node: [[T; EFFECTS]; NODE],
-    globals: [[T; EFFECTS]; GLOBALS],
-    root: [[T; EFFECTS]; EFFECTS],
-    constants: [T; EFFECTS],
+    terms: Terms<T, EFFECTS>,
+    sums: Sums<T, EFFECTS>,
+    root: Root<T, EFFECTS>,
 }
 
 impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub const fn zero() -> Self {
-        const NOWHERE: Place = Place { effect: 0, parameter: 0, step: 0, sensor: Sensor::Gyro, usual: 0.0 };
         Self {
-            library: None,
-            kinds: [Kind::Own; MAX_CANDIDATES],
-            places: [NOWHERE; EFFECTS],
-            columns: 0,
-            firsts: [0; MAX_CANDIDATES],
+            places: Places::zero(),
             restored: CandidateSet::EMPTY,
-            x: [T::ZERO; EFFECTS],
             shocks: Shocks::zero(),
-            terms: [zero3(); EFFECTS],
-            squares: [T::ZERO; PARAMETERS],
-            increments: 0,
-            rotation: [zero3(); EFFECTS],
-            field: [zero3(); EFFECTS],
-            velocity: [zero3(); EFFECTS],
-            position: [zero3(); EFFECTS],
-            node: [[T::ZERO; EFFECTS]; NODE],
-            globals: [[T::ZERO; EFFECTS]; GLOBALS],
-            root: [[T::ZERO; EFFECTS]; EFFECTS],
-            constants: [T::ZERO; EFFECTS],
+            terms: Terms::zero(),
+            sums: Sums::zero(),
+            root: Root::zero(),
         }
     }
 
     /// Sets the effects that are looked for.
     pub fn configure(&mut self, library: &'static [&'static dyn Effect]) {
-        self.library = Some(library);
-        self.kinds.iter_mut().zip(library).for_each(|(kind, effect)| *kind = Kind::of(*effect));
+        self.places.configure(library);
         self.begin();
-    }
-
-    /// Gives an effect its columns, behind those in use; `None` if there is no room: the effect is then not looked for.
-    fn give_columns(&mut self, index: usize, effect: &dyn Effect, step: u8) -> Option<usize> {
-        let (from, parameters) = (self.columns, effect.parameters());
-        let places = self.places.get_mut(from..from + parameters.len())?;
-        for (k, (place, parameter)) in places.iter_mut().zip(parameters).enumerate() {
-            *place = Place {
-                effect: index as u8,
-                parameter: k as u8,
-                step,
-                sensor: effect.sensor(),
-                usual: parameter.usual,
-            };
-        }
-        self.columns += parameters.len();
-        if let Some(first) = self.firsts.get_mut(index).filter(|_| step == 0) {
-            *first = from as u8 + 1;
-        }
-        Some(from)
-    }
-
-    /// First column of an effect, if it has any.
-    fn first_column(&self, effect: usize, step: u8) -> Option<usize> {
-        if let Some(first) = self.firsts.get(effect).filter(|_| step == 0) {
-            return usize::from(*first).checked_sub(1);
-        }
-        self.places().iter().position(|place| usize::from(place.effect) == effect && place.step == step)
     }
 
     /// Forgets all that was learnt of the effects, and takes nothing out.
     pub fn begin(&mut self) {
-        self.x = [T::ZERO; EFFECTS];
-        (self.columns, self.restored) = (0, CandidateSet::EMPTY);
-        self.firsts = [0; MAX_CANDIDATES];
+        self.places.begin();
+        self.restored = CandidateSet::EMPTY;
         self.shocks.start();
-        self.squares = [T::ZERO; PARAMETERS];
-        self.increments = 0;
-        self.node = [[T::ZERO; EFFECTS]; NODE];
-        self.globals = [[T::ZERO; EFFECTS]; GLOBALS];
-        self.root = [[T::ZERO; EFFECTS]; EFFECTS];
-        self.root.iter_mut().enumerate().for_each(|(i, row)| row[i] = T::ONE);
-        self.constants = [T::ZERO; EFFECTS];
-        self.start_node();
+        self.terms.begin();
+        self.sums.start_node();
+        self.root.begin();
     }
 
     /// Takes out what was found in an earlier session. It may have changed since: half of the usual size is added to
@@ -207,58 +111,163 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             let Some(effect) = self.library().get(index).filter(|effect| effect.vector_error().is_none()) else {
                 continue;
             };
-            if self.first_column(index, 0).is_none() {
-                self.give_columns(index, *effect, 0);
+            if self.places.first_column(index, 0).is_none() {
+                self.places.give_columns(index, *effect, 0);
             }
-            for column in 0..self.used() {
-                let place = self.places[column];
+            for column in 0..self.places.used() {
+                let Some(place) = self.places.in_use().get(column) else { break };
                 let k = usize::from(place.parameter);
                 if place.effect != found.index || place.usual <= 0.0 {
                     continue;
                 }
                 let (Some(value), Some(sigma)) = (found.parameters.get(k), found.sigma.get(k)) else { continue };
                 let half = 0.5 * place.usual;
-                self.x[column] = T::of(value / place.usual);
-                self.root[column][column] = T::of(place.usual / libm::sqrtf(sigma * sigma + half * half));
+                self.root.x[column] = T::of(value / place.usual);
+                self.root.own[column][column] = T::of(place.usual / libm::sqrtf(sigma * sigma + half * half));
             }
         }
     }
 
     /// Begins a node.
     pub fn start_node(&mut self) {
-        self.rotation = [zero3(); EFFECTS];
-        self.field = [zero3(); EFFECTS];
-        self.velocity = [zero3(); EFFECTS];
-        self.position = [zero3(); EFFECTS];
+        self.sums.start_node();
+    }
+
+    /// Works out the terms of an increment, see [`Terms::update`], and looks for a bias step where a shock begins.
+    pub fn look_at(
+        &mut self,
+        increment: &Increment<T>,
+        rate_change: &V3<T>,
+        field_ut: T,
+        with: &Parameters<T>,
+    ) -> (TakenOut<T>, Snapshot) {
+        if self.shocks.look_at(increment.end_us, increment.peak.narrow()) {
+            self.begin_step(increment.end_us, increment.peak.narrow());
+        }
+        let Self { places, shocks, terms, root, .. } = self;
+        terms.update((increment, rate_change, field_ut), with, &root.x, places, shocks)
+    }
+
+    /// Adds the increment of the last `look_at`, turned to the node's beginning, to the sums of the node.
+    pub fn add(&mut self, turned: &Turned<T>) {
+        self.sums.add(turned, &self.terms.all, self.places.in_use());
+    }
+
+    /// Fills in the effects' part of a node's rows, see [`Sums::fill`].
+    pub fn fill(
+        &self,
+        further: &mut [[T; EFFECTS]; SCRATCH],
+        rows: &[[T; WIDTH]; SCRATCH],
+        attitude: &M3<T>,
+        pre: &Preintegration<T>,
+        kind: node::Kind,
+    ) {
+        self.sums.fill((&self.root.node, self.places.used()), further, rows, attitude, pre, kind);
+    }
+
+    /// Eliminates two columns of the node's states from the rows of an update.
+    pub fn eliminate(&self, further: &mut [[T; EFFECTS]; SCRATCH], rows: &mut [[T; WIDTH]; SCRATCH], column: usize) {
+        root::eliminate(self.places.used(), further, rows, column);
+    }
+
+    /// Absorbs two columns of the rows that a node left over, see [`Root::absorb`].
+    pub fn absorb(
+        &mut self,
+        further: &mut [[T; EFFECTS]; SCRATCH],
+        globals: &mut Globals<T>,
+        left: &mut [[T; WIDTH]],
+        column: usize,
+    ) -> usize {
+        self.root.absorb(self.places.used(), further, globals, left, column)
+    }
+
+    /// Absorbs two columns of the effects' own, see [`Root::absorb_own`].
+    pub fn absorb_own(
+        &mut self,
+        further: &mut [[T; EFFECTS]; SCRATCH],
+        left: &mut [[T; WIDTH]],
+        column: usize,
+    ) -> bool {
+        self.root.absorb_own(self.places.used(), further, left, column)
+    }
+
+    /// Begins the next node from the rows of the one that is done.
+    pub fn finish(&mut self, further: &[[T; EFFECTS]; SCRATCH]) {
+        self.root.finish(further);
+        self.sums.start_node();
+    }
+
+    /// Begins the node's attitude, velocity and position anew, see [`Root::forget_node`].
+    pub fn forget_node(&mut self, kept: T) {
+        self.root.forget_node(kept);
+    }
+
+    /// Adds process noise to one global, see [`Root::widen`].
+    pub fn widen(&mut self, globals: &mut Globals<T>, global: usize, variance: T) {
+        self.root.widen(self.places.used(), globals, global, variance);
+    }
+
+    /// Makes one column of the globals' root triangular again.
+    pub fn triangular(&mut self, globals: &mut Globals<T>, column: usize) {
+        self.root.triangular(self.places.used(), globals, column);
+    }
+
+    /// Changes the sizes that are taken out, see [`Root::take_out`].
+    pub fn take_out(&mut self, x: &[T; EFFECTS], globals: &mut Globals<T>, node: &mut Node<T>) {
+        self.root.take_out(x, globals, node);
+    }
+
+    /// Value of each column that is taken out, in units of its prior's deviation.
+    pub const fn x(&self) -> &[T; EFFECTS] {
+        &self.root.x
+    }
+
+    /// Makes a bias step part of the bias: its place is free for another step, and its uncertainty is added to that of
+    /// the bias. The caller has to move the bias by the step.
+    pub fn settle(&mut self, claim: &Claim, globals: &mut Globals<T>, sigma: &[T; GLOBALS]) {
+        for (column, deviation) in BIAS.columns().zip(claim.sigma) {
+            let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
+            let share = T::of(deviation) / *sigma;
+            self.root.widen(self.places.used(), globals, column, share * share);
+        }
+        self.drop_step(claim.step);
+    }
+
+    /// Looks for a bias step from a shock on, see [`Shocks::begin_step`].
+    pub fn begin_step(&mut self, at_us: u64, hard_m_s2: f32) {
+        if let Some(step) = self.shocks.begin_step(at_us, hard_m_s2) {
+            self.empty_step(step);
+        }
+    }
+
+    /// Stops looking for a bias step, and frees its place for another.
+    pub fn drop_step(&mut self, step: u8) {
+        self.empty_step(step);
+        self.shocks.drop_step(step);
+    }
+
+    fn empty_step(&mut self, step: u8) {
+        for column in 0..self.places.used() {
+            if self.places.is_step(column) && self.places.step(column) == step {
+                self.root.forget(column);
+                self.sums.forget(column);
+            }
+        }
     }
 
     /// The effects that are looked for.
     pub fn library(&self) -> &'static [&'static dyn Effect] {
-        self.library.unwrap_or(&[])
-    }
-
-    /// Returns the number of columns in use.
-    pub fn used(&self) -> usize {
-        // A limit that the compiler knows: no index has to be checked.
-        if self.columns < EFFECTS { self.columns } else { EFFECTS }
+        self.places.library()
     }
 
     /// Returns the meaning of the columns in use.
-    pub fn places(&self) -> &[Place] {
-        self.places.get(..self.columns).unwrap_or_default()
+    fn places(&self) -> &[Place] {
+        self.places.in_use()
     }
 
-    /// Place of an effect's first parameter among those of the library.
-    pub(super) fn first_parameter_of(&self, effect: usize) -> usize {
-        self.library().iter().take(effect).map(|effect| effect.parameters().len()).sum()
-    }
-
-    /// Root mean square of what one unit of a parameter adds to its sensor's reading.
+    /// Root mean square of what one unit of an effect's parameter adds to its sensor's reading.
     pub fn shown(&self, effect: usize, parameter: usize) -> T {
-        match self.squares.get(self.first_parameter_of(effect) + parameter) {
-            Some(sum) if self.increments > 0 => (*sum / T::of(self.increments as f32)).root(),
-            _ => T::ZERO,
-        }
+        self.terms.shown(self.places.first_parameter_of(effect) + parameter)
     }
 }
 

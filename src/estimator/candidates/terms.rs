@@ -1,32 +1,61 @@
-//! Terms of the effects: their additions to the readings of an increment, and to rotation, field, velocity and
-//! position from node to node.
+//! Terms of the effects: what each adds to the readings of an increment.
 
-use super::{Candidates, Kind, Place, STEPS};
+use super::{
+    PARAMETERS, STEPS,
+    places::{Kind, Places},
+    shocks::Shocks,
+};
 use crate::{
     compensation::{Effect, Sensor, Snapshot, effect::MAX_PARAMETERS},
     estimator::{
         increment::Increment,
         parameters::Parameters,
-        preintegration::Turned,
         real::{Real, V3, square, zero3},
         taken_out::TakenOut,
     },
 };
 use nalgebra::Vector3;
 
-impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
-    /// Works out the terms of an increment. `rate_change`: derivative of its rate, rad/s^2; `field_ut`: the unit of
-    /// its field.
-    pub fn look_at(
-        &mut self,
-        increment: &Increment<T>,
-        rate_change: &V3<T>,
-        field_ut: T,
-        with: &Parameters<T>,
-    ) -> (TakenOut<T>, Snapshot) {
-        if self.shocks.look_at(increment.end_us, increment.peak.narrow()) {
-            self.begin_step(increment.end_us, increment.peak.narrow());
+/// Terms of the latest increment, and what the library's effects have added so far.
+pub(super) struct Terms<T, const EFFECTS: usize> {
+    /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
+    /// deviation.
+    pub all: [V3<T>; EFFECTS],
+    /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
+    /// increments.
+    pub squares: [T; PARAMETERS],
+    pub increments: u32,
+}
+
+impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
+    pub const fn zero() -> Self {
+        Self { all: [zero3(); EFFECTS], squares: [T::ZERO; PARAMETERS], increments: 0 }
+    }
+
+    /// Forgets what the effects have added.
+    pub fn begin(&mut self) {
+        self.squares = [T::ZERO; PARAMETERS];
+        self.increments = 0;
+    }
+
+    /// Root mean square of what one unit of a parameter, counted in the library, adds to its sensor's reading.
+    pub fn shown(&self, parameter: usize) -> T {
+        match self.squares.get(parameter) {
+            Some(sum) if self.increments > 0 => (*sum / T::of(self.increments as f32)).root(),
+            _ => T::ZERO,
         }
+    }
+
+    /// Works out the terms of an increment, and what is taken out of it: `x` of each column. `rate_change`: derivative of
+    /// its rate, rad/s^2; `field_ut`: the unit of its field.
+    pub fn update(
+        &mut self,
+        (increment, rate_change, field_ut): (&Increment<T>, &V3<T>, T),
+        with: &Parameters<T>,
+        x: &[T; EFFECTS],
+        places: &mut Places<EFFECTS>,
+        shocks: &Shocks,
+    ) -> (TakenOut<T>, Snapshot) {
         let rate = with.p * (increment.rate - with.bias);
         let field = with.mag_matrix * increment.field.unwrap_or_else(zero3) + with.hard_iron;
         let narrowed = |v: &V3<T>| v.map(|x| x.narrow());
@@ -42,7 +71,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         let mut out = TakenOut::nothing();
         let mut before = 0;
         let mut all = [Vector3::zeros(); MAX_PARAMETERS];
-        for (index, effect) in self.library.unwrap_or(&[]).iter().enumerate() {
+        for (index, effect) in places.library().iter().enumerate() {
             let count = effect.parameters().len();
             let terms = all.get_mut(..count).unwrap_or_default();
             effect.set_terms(&moment, terms);
@@ -51,51 +80,68 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
                 *sum += T::of(square(term));
             }
             before += count;
-            match self.kinds.get(index).copied().unwrap_or_else(|| Kind::of(*effect)) {
+            match places.kind(index, *effect) {
                 Kind::Nuisance => continue,
                 Kind::BiasStep => {
-                    self.look_at_steps(index, *effect, increment.end_us, &mut out);
+                    self.update_steps((index, *effect), increment.end_us, x, places, shocks, &mut out);
                     continue;
                 }
                 Kind::Own => {}
             }
-            let known = self.first_column(index, 0);
+            let known = places.first_column(index, 0);
             // An effect whose terms have been zero so far needs no columns.
             let is_there = || terms.iter().any(|term| square(term) > 0.0);
-            let Some(first) = known.or_else(|| if is_there() { self.give_columns(index, *effect, 0) } else { None })
+            let Some(first) = known.or_else(|| if is_there() { places.give_columns(index, *effect, 0) } else { None })
             else {
                 continue;
             };
-            self.set_terms(first, terms, field_ut, &mut out);
+            self.set(first, terms, field_ut, x, places, &mut out);
         }
         (out, moment)
     }
 
     /// Sets the terms of the bias steps, each from its shock on.
-    fn look_at_steps(&mut self, index: usize, effect: &dyn Effect, end_us: u64, out: &mut TakenOut<T>) {
+    fn update_steps(
+        &mut self,
+        (index, effect): (usize, &dyn Effect),
+        end_us: u64,
+        x: &[T; EFFECTS],
+        places: &mut Places<EFFECTS>,
+        shocks: &Shocks,
+        out: &mut TakenOut<T>,
+    ) {
         // Without a shock there is no step.
-        if self.shocks.seen == 0 && self.first_column(index, 0).is_none() {
+        if shocks.seen == 0 && places.first_column(index, 0).is_none() {
             return;
         }
         for step in 0..STEPS as u8 {
-            let known = self.first_column(index, step);
-            let Some(at_us) = self.shocks.at_us(step) else {
+            let known = places.first_column(index, step);
+            let Some(at_us) = shocks.at_us(step) else {
                 if let Some(first) = known {
-                    self.set_terms(first, &[Vector3::zeros(); 3], T::ONE, out);
+                    self.set(first, &[Vector3::zeros(); 3], T::ONE, x, places, out);
                 }
                 continue;
             };
-            let Some(first) = known.or_else(|| self.give_columns(index, effect, step)) else { continue };
+            let Some(first) = known.or_else(|| places.give_columns(index, effect, step)) else { continue };
             let on = if end_us > at_us { 1.0 } else { 0.0 };
-            self.set_terms(first, &[Vector3::x() * on, Vector3::y() * on, Vector3::z() * on], T::ONE, out);
+            let terms = [Vector3::x() * on, Vector3::y() * on, Vector3::z() * on];
+            self.set(first, &terms, T::ONE, x, places, out);
         }
     }
 
     /// Sets the terms of an effect's columns, and adds what is taken out to `out`.
-    fn set_terms(&mut self, first: usize, terms: &[Vector3<f32>], field_ut: T, out: &mut TakenOut<T>) {
+    fn set(
+        &mut self,
+        first: usize,
+        terms: &[Vector3<f32>],
+        field_ut: T,
+        x: &[T; EFFECTS],
+        places: &Places<EFFECTS>,
+        out: &mut TakenOut<T>,
+    ) {
         let per_unit = if field_ut > T::ZERO { T::ONE / field_ut } else { T::ONE };
         let own = first..first + terms.len();
-        let columns = (self.terms.get_mut(own.clone()), self.x.get(own.clone()), self.places.get(own));
+        let columns = (self.all.get_mut(own.clone()), x.get(own.clone()), places.in_use().get(own));
         let (Some(own), Some(x), Some(places)) = columns else { return };
         for (((term, x), place), one) in own.iter_mut().zip(x).zip(places).zip(terms) {
             let one = one * place.usual;
@@ -108,37 +154,6 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
             *term = one;
             if *x != T::ZERO {
                 *sum += one * *x;
-            }
-        }
-    }
-
-    /// Adds the increment of the last `look_at`, turned to the node's beginning, to the sums of the node.
-    pub fn add(&mut self, turned: &Turned<T>) {
-        let Turned { middle, seconds, field, force } = turned;
-        let (dt, half) = (*seconds, *seconds * T::of(0.5));
-        let sums = self.rotation.iter_mut().zip(&mut self.field).zip(&mut self.velocity).zip(&mut self.position);
-        let terms = self.terms.iter().zip(self.places.iter().take(self.columns));
-        for ((((rotation, field_sum), velocity), position), (term, Place { sensor, .. })) in sums.zip(terms) {
-            // The reading less its effect is the truth, so the term is subtracted.
-            let term = -(middle * term);
-            let mut go_on = |step: V3<T>| {
-                *position += *velocity * dt + step * (dt * half);
-                *velocity += step * dt;
-            };
-            match *sensor {
-                Sensor::Gyro => {
-                    let at_middle = *rotation + term * half;
-                    if let Some(field) = field {
-                        *field_sum += at_middle.cross(field);
-                    }
-                    if let Some(force) = force {
-                        go_on(at_middle.cross(force));
-                    }
-                    *rotation += term * dt;
-                }
-                Sensor::Accelerometer if force.is_some() => go_on(term),
-                Sensor::Magnetometer if field.is_some() => *field_sum += term,
-                Sensor::Accelerometer | Sensor::Magnetometer => {}
             }
         }
     }

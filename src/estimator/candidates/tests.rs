@@ -14,8 +14,7 @@ use crate::{
     estimator::{
         columns::{GLOBALS, NODE},
         globals::Globals,
-        rows::{CONSTANT, GLOBAL, ROWS, WIDTH},
-        update::SCRATCH,
+        rows::{CONSTANT, GLOBAL, ROWS, SCRATCH, WIDTH},
     },
 };
 use nalgebra::Vector3;
@@ -147,7 +146,7 @@ impl Known {
         known.globals.start();
         known.candidates.configure(&MADE);
         for (index, step) in COLUMNS {
-            known.candidates.give_columns(index, MADE[index], step).unwrap();
+            known.candidates.places.give_columns(index, MADE[index], step).unwrap();
         }
         known
     }
@@ -176,7 +175,7 @@ impl Known {
                 self.rows[at][GLOBAL..CONSTANT].copy_from_slice(&row.globals);
                 self.further[at] = row.effects;
                 let of_globals = row.globals.iter().zip(&self.globals.x).map(|(a, x)| a * x).sum::<f64>();
-                let of_effects = row.effects.iter().zip(&self.candidates.x).map(|(a, x)| a * x).sum::<f64>();
+                let of_effects = row.effects.iter().zip(&self.candidates.root.x).map(|(a, x)| a * x).sum::<f64>();
                 self.rows[at][CONSTANT] = row.constant + of_globals + of_effects;
             }
             self.absorb();
@@ -201,12 +200,12 @@ fn the_library_finds_room() {
     assert!(parameters <= PARAMETERS, "{parameters}");
     for (index, effect) in LIBRARY.iter().enumerate().filter(|(_, effect)| effect.vector_error().is_none()) {
         for step in 0..if effect.is_bias_step() { STEPS as u8 } else { 1 } {
-            let from = candidates.give_columns(index, *effect, step);
-            assert!(from.is_some() && candidates.first_column(index, step) == from, "{}", effect.name());
+            let from = candidates.places.give_columns(index, *effect, step);
+            assert!(from.is_some() && candidates.places.first_column(index, step) == from, "{}", effect.name());
         }
     }
     // No columns are left.
     let before = candidates.places().len();
-    let full = (0..EFFECTS).find(|_| candidates.give_columns(0, &STEP, 0).is_none());
+    let full = (0..EFFECTS).find(|_| candidates.places.give_columns(0, &STEP, 0).is_none());
     assert!(full.is_some() && candidates.places().len() + 3 > EFFECTS && before <= EFFECTS);
 }

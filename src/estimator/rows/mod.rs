@@ -12,7 +12,7 @@ pub(super) use bounds::bounds;
 pub(super) use field::{FieldReading, field, field_walk};
 pub(super) use path::{PathNoise, path};
 pub(super) use reference::{Declared, dip_sine, reference, slopes};
-pub(super) use rest::rest;
+pub(super) use rest::{REST_WEIGHT, rest};
 pub(super) use rotation::rotation;
 
 use super::{
@@ -29,6 +29,8 @@ pub(super) const CONSTANT: usize = GLOBAL + GLOBALS;
 pub(super) const WIDTH: usize = CONSTANT + 1;
 /// Rows of a node: rotation, field, its walk, velocity, position, two bounds, rest or declared field; three each.
 pub(super) const ROWS: usize = 24;
+/// Rows of an update, 36, and ten more that the evidence of the effects needs.
+pub(super) const SCRATCH: usize = NODE + ROWS + 10;
 
 /// Combines each axis' elements of nine vectors into columns.
 fn by_axis<T: Real, const K: usize>(vectors: &[V3<T>; 9], columns: impl Fn(&[T; 9]) -> [T; K]) -> [[T; K]; 3] {

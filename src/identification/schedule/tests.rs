@@ -17,7 +17,9 @@ struct Landed {
 /// Samples every 10 ms, and beside them so many units of work an update, done in pieces of `slice` after every
 /// `every`th sample.
 struct Run {
-    config: Config,
+    freeze_us: Option<u64>,
+    /// Seconds before the freeze at which it is asked for; `None`: before the first sample.
+    asked_ahead_s: Option<u64>,
     samples: u64,
     work: u64,
     slice: u64,
@@ -28,13 +30,18 @@ struct Run {
 
 impl Run {
     fn new(freeze_s: Option<u64>) -> Self {
-        let config = Config { freeze_at_us: freeze_s.map(|s| s * 1_000_000), ..Config::default() };
-        Self { config, samples: 12_000, work: 50, slice: 1, every: 1, gap: 0..0 }
+        let freeze_us = freeze_s.map(|s| s * 1_000_000);
+        Self { freeze_us, asked_ahead_s: None, samples: 12_000, work: 50, slice: 1, every: 1, gap: 0..0 }
     }
 
     fn landed(&self) -> Vec<Landed, 64> {
         let mut schedule = Schedule::zero();
-        schedule.configure(&self.config);
+        schedule.configure(&Config::default());
+        let freeze_us = self.freeze_us.unwrap_or(u64::MAX);
+        let freezes_us = self.asked_ahead_s.map(|ahead_s| freeze_us.saturating_sub(ahead_s * 1_000_000));
+        if self.freeze_us.is_some() && freezes_us.is_none() {
+            schedule.freeze(freeze_us);
+        }
         schedule.start(0);
         let mut landed = Vec::new();
         let (mut done, mut last_us) = (0, 0);
@@ -44,6 +51,9 @@ impl Run {
                 schedule.gap(last_us, t_us);
             }
             last_us = t_us;
+            if freezes_us == Some(t_us) {
+                schedule.freeze(freeze_us);
+            }
             if let Some((update, result)) = schedule.take_effect(t_us) {
                 let Update { t_us: asked_us, is_window, .. } = update;
                 assert!(landed.push(Landed { asked_us, effect_us: t_us, is_window, result }).is_ok());
@@ -110,6 +120,33 @@ fn nothing_takes_effect_after_a_freeze_and_the_last_window_lands_on_it() {
     }
     // It is too early for any update.
     assert!(Run::new(Some(1)).landed().is_empty());
+}
+
+#[test]
+fn a_freeze_may_be_asked_for_while_samples_come() {
+    for freeze_s in [30, 51, 57, 99, 100] {
+        let told_first = Run::new(Some(freeze_s)).landed();
+        for ahead_s in [2, 3, 10, 29] {
+            let told_later = Run { asked_ahead_s: Some(ahead_s), ..Run::new(Some(freeze_s)) };
+            assert_eq!(told_later.landed(), told_first, "{freeze_s} {ahead_s}");
+        }
+        // Too late for a last window: what waits lands, and nothing is asked for any more.
+        let at_once = Run { asked_ahead_s: Some(0), ..Run::new(Some(freeze_s)) }.landed();
+        assert!(at_once.iter().all(|found| found.asked_us < freeze_s * 1_000_000), "{freeze_s}");
+    }
+}
+
+#[test]
+fn a_second_freeze_does_not_begin_anew() {
+    let mut schedule = Schedule::<u64>::zero();
+    schedule.configure(&Config::default());
+    schedule.start(0);
+    schedule.freeze(3_000_000);
+    assert!(schedule.push(2_000_000).is_some());
+    schedule.conclude(1);
+    assert!(schedule.take_effect(3_000_000).is_some() && schedule.is_over());
+    schedule.freeze(90_000_000);
+    assert!(schedule.is_over() && schedule.push(60_000_000).is_none());
 }
 
 #[test]

@@ -53,7 +53,7 @@ const QUIET: Run = Run {
 impl Run {
     /// The watch at the end of the run, and its use of the field at each sample.
     fn watched(&self) -> (HardIronWatch, Vec<FieldUse>) {
-        let config = Config { sample_period_us: PERIOD_US, freeze_at_us: self.freeze_us, ..Config::default() };
+        let config = Config { sample_period_us: PERIOD_US, ..Config::default() };
         let mut watch = HardIronWatch::zero();
         watch.configure(&config);
         watch.start(0);
@@ -74,7 +74,11 @@ impl Run {
             let rate = if (self.gyro_reads)(t) { Reading::Usable(raw.cast()) } else { Reading::Missing };
             let force = attitude.inverse_transform_vector(&Vector3::new(0.0, 0.0, -9.8));
             let [force, field] = [force, field].map(|v| Reading::Usable(v.cast()));
-            watch.push(k * u64::from(PERIOD_US), [rate, force, field]);
+            let t_us = k * u64::from(PERIOD_US);
+            if self.freeze_us.is_some_and(|freeze_us| t_us >= freeze_us) {
+                watch.freeze();
+            }
+            watch.push(t_us, [rate, force, field]);
             uses.push(watch.field_use());
             attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.5 * dt) * dt);
         }

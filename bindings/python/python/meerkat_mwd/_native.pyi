@@ -53,6 +53,11 @@ class Probe:
 
     def __init__(self, rate_hz: float, config: str | None = None) -> None:
         """The nominal rate, and TOML over the default configuration."""
+    def freeze(self, at_s: float) -> None:
+        """Lets nothing new take effect from a time on: the last window ends one latency before it, and lands on it.
+
+        Call it before the first sample, or two latencies ahead.
+        """
     def push(
         self,
         t_s: float,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use meerkat_mwd::{
-    Config, Sample, SampleFlags,
+    Sample, SampleFlags,
     compensation::{GyroModel, effects::LIBRARY},
     estimator::Settings,
 };
@@ -23,7 +23,7 @@ use crate::{
     flight::{
         configuration::{freeze_at_us, of_trace},
         estimate::posterior,
-        fly,
+        fly_frozen,
     },
     score::{
         RateTrack,
@@ -63,7 +63,7 @@ struct OwnP {
 impl OwnP {
     /// From the whole recording, with gravity and field computed from the reference.
     fn of(trace: &Trace) -> anyhow::Result<Option<Self>> {
-        let (flight, _) = against_reference(trace, &of_trace(trace))?;
+        let (flight, _) = against_reference(trace, &of_trace(trace), None)?;
         let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some());
         Ok(window.map(|window| Self { p: window.fitted.p_matrix().map(f64::from), covariance: covariance(window) }))
     }
@@ -92,11 +92,10 @@ impl Recording {
         let truth = drawn(&self.name, draw, scale);
         let mut trace = trouble.of(&self.trace);
         known_error::apply(&mut trace, &truth);
-        let whole = of_trace(&trace);
-        trace.mark_clipped(&whole.full_scale);
+        let config = of_trace(&trace);
+        trace.mark_clipped(&config.full_scale);
         let half_us = freeze_at_us(&self.trace, HOLD_OUT);
-        let config = Config { freeze_at_us: Some(half_us), ..whole };
-        let flight = fly(&config, &trace.samples, |_| {})?;
+        let flight = fly_frozen(&config, half_us, &trace.samples)?;
 
         let outputs = flight.outputs.iter().map(|o| (self.seconds(o.t_us), rate(o.rate_rad_s)));
         let flown = RateTrack::from_points(outputs);

@@ -82,7 +82,7 @@ pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
 fn errors_deg_s(scenario: &Scenario, seed: u64, learnt_s: f64) -> anyhow::Result<[f64; 2]> {
     let (mut trace, _) = simulate(scenario, seed);
     let freeze_us = trace.first_us() + (learnt_s * 1e6) as u64;
-    let config = Config { seed, freeze_at_us: Some(freeze_us), ..of_trace(&trace) };
+    let config = Config { seed, ..of_trace(&trace) };
     // The same run of a gyro without noise: its readings are what is scored.
     let mut quiet = scenario.clone();
     quiet.gyro.noise_deg_s_rthz = 0.0;
@@ -92,7 +92,7 @@ fn errors_deg_s(scenario: &Scenario, seed: u64, learnt_s: f64) -> anyhow::Result
     }
     let truth = trace.true_rate.as_deref().context("the true rate")?;
     let error = |effects: bool| -> anyhow::Result<f64> {
-        let flight = fly_with(&LIBRARY, &Config { effects, ..config }, &trace.samples, |_| {})?;
+        let flight = fly_with(&LIBRARY, &Config { effects, ..config }, Some(freeze_us), &trace.samples)?;
         let pairs = flight.outputs.iter().zip(truth).filter(|(output, _)| output.t_us >= freeze_us);
         let off: Vec<f64> = pairs
             .flat_map(|(output, truth)| {

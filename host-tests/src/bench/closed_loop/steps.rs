@@ -10,7 +10,7 @@ use crate::{
         seeds::each_seed,
         table::{Cell, Table, rms},
     },
-    flight::{configuration::of_trace, fly},
+    flight::{configuration::of_trace, fly_frozen},
     simulate::{Random, simulate},
 };
 
@@ -98,9 +98,8 @@ fn run(seed: u64) -> anyhow::Result<Run> {
             }
         }
     }
-    let freeze_at_us = Some(trace.last_us());
-    let config = Config { seed, freeze_at_us, ..of_trace(&trace) };
-    let flight = fly(&config, &trace.samples, |_| {})?;
+    let config = Config { seed, ..of_trace(&trace) };
+    let flight = fly_frozen(&config, trace.last_us(), &trace.samples)?;
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
     let mut run = Run { found: 0, others: 0, off: Vec::new() };
     for told in last.into_iter().flat_map(|report| report.found()).filter(|told| told.step_us > 0) {

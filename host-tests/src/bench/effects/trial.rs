@@ -90,7 +90,7 @@ pub(super) fn held_out_too(scenario: &Scenario) -> Scenario {
 pub(in crate::bench) fn diagnose(scenario: &Scenario, seed: u64, library: Library) -> anyhow::Result<Outcome> {
     let (trace, _) = simulate(scenario, seed);
     let config = Config { seed, ..of_trace(&trace) };
-    Ok(Outcome::of(&fly_with(library, &config, &trace.samples, |_| {})?, library))
+    Ok(Outcome::of(&fly_with(library, &config, None, &trace.samples)?, library))
 }
 
 /// Names found in a run, errors over a following part in which parameters and effects are frozen, and the gyro's truth.
@@ -100,11 +100,11 @@ pub(super) fn diagnose_and_score(
     library: Library,
 ) -> anyhow::Result<(Outcome, Errors, GyroModel)> {
     let (trace, truth) = simulate(&held_out_too(scenario), seed);
-    let freeze_at_us = Some(trace.first_us() + (DATA_S * 1e6) as u64);
-    let with = Config { seed, freeze_at_us, ..of_trace(&trace) };
+    let freeze_us = trace.first_us() + (DATA_S * 1e6) as u64;
+    let with = Config { seed, ..of_trace(&trace) };
     let without = Config { effects: false, ..with };
     let flown = |config: &Config| -> anyhow::Result<(Flight, Reference)> {
-        let flight = fly_with(library, config, &trace.samples, |_| {})?;
+        let flight = fly_with(library, config, Some(freeze_us), &trace.samples)?;
         let reference = scored(&trace, config, &flight);
         Ok((flight, reference))
     };
@@ -125,7 +125,7 @@ pub(in crate::bench) fn attitude_error_deg(trace: &Trace, config: &Config, fligh
 }
 
 fn scored(trace: &Trace, config: &Config, flight: &Flight) -> Reference {
-    score::score(trace, flight, &score::Settings::of(trace, config)).unwrap_or_default()
+    score::score(trace, flight, &score::Settings::of(trace, config, flight)).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -59,13 +59,13 @@ fn planned(case: &Case, seed: u64) -> (Plan, Added) {
 /// What the loop finds in a run.
 fn outcome(case: &Case, seed: u64) -> anyhow::Result<Outcome> {
     let (trace, config) = drawn(case, seed);
-    Ok(Outcome::of(&fly_with(&LIBRARY, &config, &trace.samples, |_| {})?, &LIBRARY))
+    Ok(Outcome::of(&fly_with(&LIBRARY, &config, None, &trace.samples)?, &LIBRARY))
 }
 
 fn trial(case: &Case, seed: u64) -> anyhow::Result<Trial> {
     let (trace, config) = drawn(case, seed);
-    let without = fly_with(&LIBRARY, &Config { effects: false, ..config }, &trace.samples, |_| {})?;
-    let with = fly_with(&LIBRARY, &config, &trace.samples, |_| {})?;
+    let without = fly_with(&LIBRARY, &Config { effects: false, ..config }, None, &trace.samples)?;
+    let with = fly_with(&LIBRARY, &config, None, &trace.samples)?;
     let attitude_deg = [&without, &with].map(|flight| attitude_error_deg(&trace, &config, flight));
     Ok(Trial { outcome: Outcome::of(&with, &LIBRARY), attitude_deg })
 }

@@ -1,6 +1,6 @@
 //! Cost of the sampling path on the emulated chip.
 
-use meerkat_mwd::sensor_models::PlayedCounts;
+use meerkat_mwd::emulation::PlayedCounts;
 
 /// Instructions of the sampling path per sample, and what the chip counted.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    sensor_models::{Conversions, DITHER, ModelledParts, PlayedCounts, Recording, RecordingPlayer},
+    emulation::{Conversions, DITHER, ModelledParts, PlayedCounts, Recording, RecordingPlayer},
     sensors::Counters,
 };
 

@@ -1,7 +1,7 @@
 //! Text that `--through-sensors` prints below the flight.
 
 use super::{Difference, Played, QuantisationBound};
-use crate::flight::fly;
+use crate::flight::fly_frozen;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::ConfigError};
 use std::io::{self, Write};
 
@@ -71,14 +71,14 @@ pub struct Differences {
 /// # Errors
 /// The field of the configuration that cannot be used.
 pub fn differences(config: &Config, recorded: &[Sample], through: &[Sample]) -> Result<Differences, ConfigError> {
-    let config = Config { freeze_at_us: recorded.first().map(|sample| sample.t_us), ..*config };
+    let from_us = recorded.first().map_or(0, |sample| sample.t_us);
     let missing = SampleFlags::GYRO_MISSING | SampleFlags::ACCEL_MISSING | SampleFlags::MAG_MISSING;
     let believed: Vec<Sample> = (recorded.iter().zip(through))
         .map(|(sample, came)| Sample { flags: sample.flags | (came.flags & missing), ..*sample })
         .collect();
-    let played = fly(&config, through, |_| {})?;
+    let played = fly_frozen(config, from_us, through)?;
     Ok(Differences {
-        quantisation: Difference::between(&fly(&config, &believed, |_| {})?, &played),
-        all: Difference::between(&fly(&config, recorded, |_| {})?, &played),
+        quantisation: Difference::between(&fly_frozen(config, from_us, &believed)?, &played),
+        all: Difference::between(&fly_frozen(config, from_us, recorded)?, &played),
     })
 }

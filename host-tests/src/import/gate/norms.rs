@@ -2,11 +2,12 @@
 
 use super::{
     super::{
+        median::median,
         resolve::{in_words, name},
         units::{Quantity, STANDARD_GRAVITY},
     },
     Finding, Imported, saturation,
-    sizes::{FIELD, GRAVITY, median},
+    sizes::{FIELD, GRAVITY},
 };
 
 /// Norm in motion: vibration adds to gravity.
@@ -86,12 +87,12 @@ fn gravity(imported: &Imported) -> Finding {
     let rest = at_rest(imported);
     let rested = rest.len();
     let (value, allowed, told) = if rest.is_empty() {
-        let all = imported.merged.accel.iter().map(|row| norm(row)).filter(|x| x.is_finite()).collect();
-        let value = median(all);
+        let all = imported.merged.accel.iter().map(|row| norm(row)).filter(|x| x.is_finite());
+        let value = median(all).unwrap_or(f64::NAN);
         (value, IN_MOTION, format!("|a| {value:.3} m/s^2 on the median; there is no second of rest"))
     } else {
         let count = rest.len();
-        let value = median(rest);
+        let value = median(rest).unwrap_or(f64::NAN);
         (value, GRAVITY, format!("|a| at rest {value:.3} m/s^2, over {count} s"))
     };
     if allowed.contains(&value) {
@@ -111,7 +112,7 @@ fn gravity(imported: &Imported) -> Finding {
 }
 
 fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
-    let value = median(there.iter().map(|row| norm(row)).collect());
+    let value = median(there.iter().map(|row| norm(row))).unwrap_or(f64::NAN);
     let told = format!("|B| {value:.2} uT on the median");
     if FIELD.contains(&value) {
         return Finding::fine(told);

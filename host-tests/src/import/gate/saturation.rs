@@ -8,9 +8,9 @@
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::{
-    super::{resolve::in_words, units::Quantity},
+    super::{median::median, resolve::in_words, units::Quantity},
     Finding, Imported,
-    sizes::{FIELD, GRAVITY, median},
+    sizes::{FIELD, GRAVITY},
 };
 
 /// Chance of a finding in a recording without saturation: one in a thousand, over three sensors with both ends of three
@@ -136,7 +136,7 @@ fn about_the_largest(quantity: Quantity, there: &[[f64; 3]]) -> Option<(String, 
     // A reading that saturates stays at the end of its range for more than one sample.
     let is_there = |row: &[f64; 3]| largest(row) >= 0.999 * limit;
     let count = there.windows(2).filter(|pair| is_there(&pair[0]) && is_there(&pair[1])).count();
-    let typical = median(there.iter().map(largest).collect());
+    let typical = median(there.iter().map(largest)).unwrap_or(f64::NAN);
     let told = format!("the {} saturates at {limit:.4} in {count} samples", in_words(quantity));
     (count >= ABOUT.0 && limit >= ABOUT.1 * typical).then_some((told, limit, count))
 }

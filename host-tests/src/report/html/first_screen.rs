@@ -50,7 +50,7 @@ fn head(told: &Told, kind: &str, verdict: &plain_words::VerdictWords, reasons: &
         out += &format!("<ul>\n{items}</ul>\n");
     }
     out += "</div>\n</header>\n";
-    let frozen = told.config.freeze_at_us.map_or_else(String::new, |freeze_us| {
+    let frozen = told.flight.frozen_at_us.map_or_else(String::new, |freeze_us| {
         format!(" Parameters and effects are frozen from {:.1} s; scores are over what follows.", in_s(freeze_us))
     });
     let about = format!(

@@ -76,7 +76,7 @@ impl Told<'_> {
 
     /// Settings of the scores.
     fn settings(&self) -> Settings {
-        Settings::of(self.trace, self.config)
+        Settings::of(self.trace, self.config, self.flight)
     }
 
     /// Name of the trace's file.

@@ -5,6 +5,7 @@ use std::{fs, path::Path};
 use sha2::{Digest, Sha256};
 
 use super::{Told, escape::escape, table};
+use crate::report::json::Configuration;
 
 /// What a page was made from.
 #[derive(Clone, Debug, Default)]
@@ -65,7 +66,7 @@ impl Sources {
 /// Version, recording and configuration of a flight.
 pub(super) fn of_a_flight(told: &Told) -> String {
     let trace = told.trace;
-    let configuration = toml::to_string_pretty(told.config).unwrap_or_default();
+    let configuration = toml::to_string_pretty(&Configuration::of(told.config, told.flight)).unwrap_or_default();
     let mut out = Sources::program()
         .file("recording", &trace.path)
         .known("recorded by", trace.keys.source.clone().unwrap_or_default())

@@ -13,12 +13,14 @@ use meerkat_mwd::{
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+mod configuration;
 pub mod parameters;
 mod probe_reports;
 mod remainder;
 mod surveys;
 mod window;
 
+pub(crate) use configuration::Configuration;
 pub use probe_reports::{diagnosis_json, window_json};
 
 use parameters::{Parameters, in_seconds};
@@ -47,7 +49,7 @@ pub struct ResultJson {
     schema: &'static str,
     version: &'static str,
     seed: u64,
-    configuration: Config,
+    configuration: Configuration,
     trace: TraceFacts,
     identification: Identification,
     diagnosis: Diagnosis,
@@ -196,7 +198,7 @@ pub fn result_json(
         schema: "meerkat-mwd/1",
         version: env!("CARGO_PKG_VERSION"),
         seed: config.seed,
-        configuration: *config,
+        configuration: Configuration::of(config, flight),
         trace: TraceFacts {
             path: trace.path.to_string_lossy().into_owned(),
             serial: trace.keys.serial.clone(),
@@ -222,7 +224,7 @@ pub fn result_json(
             motion_from: motion::origin(trace, config),
             windows: flight.reports.iter().map(|report| Window::new(report, config)).collect(),
             note: why_no_window(trace, config, flight),
-            hold_out_from_s: config.freeze_at_us.map(in_seconds),
+            hold_out_from_s: flight.frozen_at_us.map(in_seconds),
             last: Parameters::at_the_end(config, flight),
         },
         diagnosis: Diagnosis {

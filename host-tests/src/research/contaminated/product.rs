@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     bench::{Table, one_window::CALIBRATED},
-    flight::{configuration::of_trace, fly},
+    flight::{configuration::of_trace, fly_frozen},
     simulate::{Contamination, Hits},
     trace::Trace,
 };
@@ -110,11 +110,11 @@ fn flown(
     // Only the identification is measured.
     config.effects = false;
     let (window_s, latency_s) = (config.identification.window_s, config.identification.latency_s);
-    config.freeze_at_us = Some(trace.first_us() + (f64::from(window_s + latency_s) * 1e6) as u64);
+    let freeze_us = trace.first_us() + (f64::from(window_s + latency_s) * 1e6) as u64;
     config.identification.optimizer = optimizer;
     config.identification.vector_errors = errors;
     config.seed = run.seed;
-    let flight = fly(&config, &trace.samples, |_| {})?;
+    let flight = fly_frozen(&config, freeze_us, &trace.samples)?;
     let report: Option<&WindowReport> = flight.reports.last();
     let ratio =
         |model: Option<GyroModel>| run.model_error_rad_s(&model.unwrap_or(GyroModel::IDENTITY)) / run.clean_error_rad_s;

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     application::{Settings, Stage},
-    sensor_models::Recording,
+    emulation::Recording,
     storage::FactoryRecords,
 };
 use semihosting::{fs::File, io::Read};

@@ -16,7 +16,7 @@ use critical_section::Mutex;
 use meerkat_mwd::{
     Sample, SampleFlags,
     application::{Acquisition, Stage},
-    sensor_models::{Conversions, ModelledParts, Recording, RecordingPlayer},
+    emulation::{Conversions, ModelledParts, Recording, RecordingPlayer},
 };
 use semihosting::{
     fs::File,

@@ -12,7 +12,7 @@ use cortex_m::{
     peripheral::{SYST, syst::SystClkSource},
 };
 use cortex_m_rt::exception;
-use meerkat_mwd::telemetry::Cost;
+use meerkat_mwd::emulation::Cost;
 
 const WRAP_BITS: u32 = 24;
 const RELOAD: u32 = (1 << WRAP_BITS) - 1;

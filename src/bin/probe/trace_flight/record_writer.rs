@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use core::ffi::CStr;
-use meerkat_mwd::telemetry::Record;
+use meerkat_mwd::emulation::Record;
 use semihosting::{fs::File, io::Write};
 
 /// Size of the buffer; a record takes at most some 400 bytes of it.

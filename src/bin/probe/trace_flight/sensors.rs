@@ -13,7 +13,7 @@ use crate::console::{
 use core::mem::MaybeUninit;
 use meerkat_mwd::{
     Sample,
-    sensor_models::{Conversions, ModelledParts, Recording, RecordingPlayer, WireMeter},
+    emulation::{Conversions, ModelledParts, Recording, RecordingPlayer, WireMeter},
 };
 
 /// Depth of the FIFO that is modelled: the same as on the host.

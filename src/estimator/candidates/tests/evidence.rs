@@ -46,7 +46,7 @@ fn what_each_effect_is_worth_is_the_ratio_of_the_marginal_likelihoods() {
             }
             is_about(problem.evidence.choice.tried[effect], expected, "alone");
         }
-        assert!(problem.evidence.account.claims.is_empty() && problem.known.candidates.x == [0.0; E]);
+        assert!(problem.evidence.account.claims.is_empty() && problem.known.candidates.root.x == [0.0; E]);
         // No shock, no step; what the library has no name for competes, too: the rest of the table is none.
         let (further, others) = problem.evidence.choice.tried[6..].split_at(2 + 6);
         assert!(problem.evidence.choice.tried[OF_STEP] == 0.0 && further[..2] == [0.0; 2]);
@@ -105,7 +105,7 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
             assert!(claim.is_taken_out && claim.rivals == CandidateSet::EMPTY, "{claim:?}");
         }
         // The mean of the shear is taken out.
-        let (found, evidence) = (problem.known.candidates.x, &problem.evidence);
+        let (found, evidence) = (problem.known.candidates.root.x, &problem.evidence);
         let (mean, _) = problem.averaged(&both, &columns_of(OF_SHEAR));
         assert_eq!(evidence.account.taken.as_slice(), [0, 1].map(ColumnId::of_effect));
         for (e, x) in found.iter().enumerate() {
@@ -231,15 +231,15 @@ fn in_f32_the_same_comes_out() {
         let known = &problem.known;
         candidates.configure(&MADE);
         COLUMNS.iter().for_each(|(index, step)| {
-            candidates.give_columns(*index, MADE[*index], *step).unwrap();
+            candidates.places.give_columns(*index, MADE[*index], *step).unwrap();
         });
         let narrowed = |x: f64| x as f32;
         globals.x = known.globals.x.map(narrowed);
         globals.root = known.globals.root.map(|row| row.map(narrowed));
-        candidates.globals = known.candidates.globals.map(|row| row.map(narrowed));
-        candidates.root = known.candidates.root.map(|row| row.map(narrowed));
-        candidates.constants = known.candidates.constants.map(narrowed);
-        (candidates.increments, candidates.squares) = (4, known.candidates.squares.map(narrowed));
+        candidates.root.globals = known.candidates.root.globals.map(|row| row.map(narrowed));
+        candidates.root.own = known.candidates.root.own.map(|row| row.map(narrowed));
+        candidates.root.constants = known.candidates.root.constants.map(narrowed);
+        (candidates.terms.increments, candidates.terms.squares) = (4, known.candidates.terms.squares.map(narrowed));
         let mut evidence = Box::new(Evidence::<f32>::zero());
         let (mut rows, mut further) = (Box::new([[0.0; WIDTH]; SCRATCH]), Box::new([[0.0; E]; SCRATCH]));
         let units = Units { sigma: &problem.sigma.map(narrowed), field_ut: 50.0 };

@@ -16,8 +16,8 @@ use crate::{
         preintegration::Preintegration,
         reading::Taken,
         real::{M3, V3, identity, rotation, rotation_vector, zero3},
-        rows::{CONSTANT, NEW, OLD, ROWS},
-        update::{SCRATCH, Update},
+        rows::{CONSTANT, NEW, OLD, ROWS, SCRATCH},
+        update::Update,
     },
 };
 use core::ops::Range;
@@ -102,7 +102,7 @@ impl Setting {
     /// Rows of the node with this taken out.
     fn rows(&mut self, x: &[f64; EFFECTS]) -> Rows {
         let parameters = Parameters::new(&[0.0; 37], &zero3(), &identity());
-        self.candidates.x = *x;
+        self.candidates.root.x = *x;
         self.candidates.start_node();
         let mut pre = Preintegration::zero();
         pre.start();
@@ -211,7 +211,7 @@ fn a_step_is_read_from_its_shock_until_it_is_dropped() {
         let rows = setting.rows(&[0.0; EFFECTS]);
         let is_read = |column: usize| rows.further[NODE..NODE + 3].iter().any(|row| row[column] != 0.0);
         let step = LIBRARY.iter().position(|effect| effect.is_bias_step()).unwrap();
-        core::array::from_fn(|k| setting.candidates.first_column(step, k as u8).is_some_and(is_read))
+        core::array::from_fn(|k| setting.candidates.places.first_column(step, k as u8).is_some_and(is_read))
     };
     assert_eq!(read(&mut setting), [true; 3]);
     setting.candidates.drop_step(1);

@@ -42,8 +42,8 @@ impl Problem {
             row.constant = deviate(&mut generator) - (0..BOTH).map(|c| row.coefficient(c) * x[c]).sum::<f64>();
         }
         let mut known = Box::new(Known::new());
-        known.candidates.increments = 4;
-        known.candidates.squares = core::array::from_fn(|k| 4.0 * (1 + k) as f64 * (1 + k) as f64);
+        known.candidates.terms.increments = 4;
+        known.candidates.terms.squares = core::array::from_fn(|k| 4.0 * (1 + k) as f64 * (1 + k) as f64);
         let sigma = core::array::from_fn(|c| 0.1 + 0.01 * c as f64);
         Self { rows, known, evidence: Box::new(Evidence::zero()), sigma }
     }

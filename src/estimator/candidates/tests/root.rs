@@ -9,8 +9,7 @@ use super::{
 use crate::estimator::{
     node::Node,
     real::{identity, rotation_vector},
-    rows::{CONSTANT, NEW, WIDTH},
-    update::SCRATCH,
+    rows::{CONSTANT, NEW, SCRATCH, WIDTH},
 };
 use nalgebra::{SMatrix, SVector};
 use rand_core::SeedableRng;
@@ -31,10 +30,10 @@ fn extended(globals: &Globals<f64>, candidates: &Candidates<f64, E>) -> SMatrix<
     SMatrix::from_fn(|i, j| match (i.checked_sub(GLOBALS), j.checked_sub(GLOBALS)) {
         (None, None) => globals.root[i][j],
         (None, Some(E)) => globals.root[i][GLOBALS],
-        (None, Some(e)) => candidates.globals[i][e],
+        (None, Some(e)) => candidates.root.globals[i][e],
         (Some(_), None) => 0.0,
-        (Some(row), Some(E)) => candidates.constants[row],
-        (Some(row), Some(e)) => candidates.root[row][e],
+        (Some(row), Some(E)) => candidates.root.constants[row],
+        (Some(row), Some(e)) => candidates.root.own[row][e],
     })
 }
 
@@ -48,7 +47,7 @@ fn information(globals: &Globals<f64>, candidates: &Candidates<f64, E>) -> Infor
 fn optimum(globals: &Globals<f64>, candidates: &Candidates<f64, E>) -> SVector<f64, BOTH> {
     let rows = extended(globals, candidates);
     let root = rows.fixed_columns::<BOTH>(0);
-    let x = SVector::from_fn(|i, _| if i < GLOBALS { globals.x[i] } else { candidates.x[i - GLOBALS] });
+    let x = SVector::from_fn(|i, _| if i < GLOBALS { globals.x[i] } else { candidates.root.x[i - GLOBALS] });
     let pull = root.transpose() * rows.column(BOTH);
     x - (root.transpose() * root).cholesky().unwrap().solve(&pull)
 }
@@ -103,7 +102,7 @@ fn the_root_holds_the_information_of_all_rows_when_the_states_are_gone() {
                 known.rows[i] = [0.0; WIDTH];
                 known.rows[i][..NODE].copy_from_slice(&kept.0[NODE + i][NEW..NEW + NODE]);
                 known.rows[i][GLOBAL..].copy_from_slice(&kept.0[NODE + i][GLOBAL..]);
-                known.further[i] = known.candidates.node[i];
+                known.further[i] = known.candidates.root.node[i];
             } else {
                 add(&known.rows[i], &known.further[i], 0);
             }
@@ -126,11 +125,11 @@ fn the_root_holds_the_information_of_all_rows_when_the_states_are_gone() {
     let mut found = rows.transpose() * rows;
     found[(BOTH, BOTH)] += innovation;
     assert!((found - expected).amax() < 1e-9 * expected.amax(), "{}", (found - expected).amax());
-    for (i, row) in known.candidates.root.iter().enumerate() {
+    for (i, row) in known.candidates.root.own.iter().enumerate() {
         assert!(row.iter().take(i).all(|x| *x == 0.0), "row {i}");
     }
     // A column that is not in use keeps its prior.
-    assert!(known.candidates.root[USED][USED] == 1.0);
+    assert!(known.candidates.root.own[USED][USED] == 1.0);
 }
 
 #[test]
@@ -142,7 +141,7 @@ fn taking_out_moves_globals_and_node_and_leaves_the_optimum_where_it_was() {
         row.iter_mut().skip(i).for_each(|x| *x = 0.1 * deviate(&mut generator));
         row[i] = 30.0;
     }
-    for x in known.candidates.node.as_flattened_mut() {
+    for x in known.candidates.root.node.as_flattened_mut() {
         *x = deviate(&mut generator);
     }
     // Where the node's states are best, with globals and effects at their optimum.
@@ -150,8 +149,8 @@ fn taking_out_moves_globals_and_node_and_leaves_the_optimum_where_it_was() {
         let by = optimum(&known.globals, &known.candidates);
         let right = SVector::<f64, NODE>::from_fn(|i, _| {
             let of_globals = (0..GLOBALS).map(|c| node.root[i][NODE + c] * (by[c] - known.globals.x[c])).sum::<f64>();
-            let change = |e: usize| by[GLOBALS + e] - known.candidates.x[e];
-            -of_globals - (0..E).map(|e| known.candidates.node[i][e] * change(e)).sum::<f64>()
+            let change = |e: usize| by[GLOBALS + e] - known.candidates.root.x[e];
+            -of_globals - (0..E).map(|e| known.candidates.root.node[i][e] * change(e)).sum::<f64>()
         });
         let root = SMatrix::<f64, NODE, NODE>::from_fn(|i, j| node.root[i][j]);
         let turned = rotation_vector(&node.attitude);
@@ -166,7 +165,7 @@ fn taking_out_moves_globals_and_node_and_leaves_the_optimum_where_it_was() {
     let mut x = [0.0; E];
     [(0, 0.7), (LAGS, -0.4), (TWISTS, 0.3)].into_iter().for_each(|(e, value)| x[e] = value);
     known.candidates.take_out(&x, &mut known.globals, &mut node);
-    assert_eq!(known.candidates.x, x);
+    assert_eq!(known.candidates.root.x, x);
     assert!((optimum(&known.globals, &known.candidates) - before).amax() < 1e-10);
     assert!((best(&known, &node) - of_node).rows(3, 9).amax() < 1e-10);
     // A turn by 20 mrad is no sum.
@@ -176,7 +175,7 @@ fn taking_out_moves_globals_and_node_and_leaves_the_optimum_where_it_was() {
     // At the joint optimum nothing pulls any more.
     let x = core::array::from_fn(|e| before[GLOBALS + e]);
     known.candidates.take_out(&x, &mut known.globals, &mut node);
-    assert!(known.candidates.constants.iter().all(|x| x.abs() < 1e-10), "{:?}", known.candidates.constants);
+    assert!(known.candidates.root.constants.iter().all(|x| x.abs() < 1e-10), "{:?}", known.candidates.root.constants);
     for (found, best) in known.globals.x.iter().zip(before.iter()) {
         assert!((found - best).abs() < 1e-10);
     }
@@ -221,10 +220,10 @@ fn a_step_that_is_dropped_leaves_all_else_and_has_its_prior() {
         found[(BOTH, BOTH)] = expected[(BOTH, BOTH)];
         assert!((found - expected).amax() < 1e-10, "{}", (found - expected).amax());
         for (e, x) in x.iter().enumerate() {
-            assert_eq!(known.candidates.x[e], if columns.contains(&e) { 0.0 } else { *x });
+            assert_eq!(known.candidates.root.x[e], if columns.contains(&e) { 0.0 } else { *x });
         }
-        assert!(known.candidates.node.iter().all(|row| columns.clone().all(|e| row[e] == 0.0)));
-        for (i, row) in known.candidates.root.iter().enumerate() {
+        assert!(known.candidates.root.node.iter().all(|row| columns.clone().all(|e| row[e] == 0.0)));
+        for (i, row) in known.candidates.root.own.iter().enumerate() {
             assert!(row.iter().take(i).all(|x| x.abs() < 1e-12), "row {i}");
         }
     }

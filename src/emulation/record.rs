@@ -1,8 +1,6 @@
 //! Records that the emulated board writes through semihosting: one [`Record`] after another, self-delimiting in
 //! postcard's encoding.
 
-#[cfg(feature = "survey-records")]
-use crate::survey::{DrillingDynamics, SurveyReport};
 use crate::{
     diagnosis::DiagnosisReport,
     identification::WindowReport,
@@ -31,12 +29,6 @@ pub enum Record {
     HardIron(HardIronInterval),
     /// End of the trace; the last record.
     End(Summary),
-    /// Stationary or rotating survey, right after the output of the sample that completed it.
-    #[cfg(feature = "survey-records")]
-    Survey(SurveyReport),
-    /// Window of drilling dynamics, right after the output of the sample that completed it.
-    #[cfg(feature = "survey-records")]
-    Dynamics(DrillingDynamics),
 }
 
 /// Cost and counters of a run.

@@ -1,5 +1,6 @@
-//! Sensor models at register level, to run real driver code without a sensor: the ST ISM330DHCX and the PNI RM3100
-//! behind `embedded_hal`'s [`SpiDevice`](embedded_hal::spi::SpiDevice) and [`I2c`](embedded_hal::i2c::I2c).
+//! Runs without hardware: [`Record`]s of a run, and sensor models at register level, to run real driver code without a
+//! sensor: the ST ISM330DHCX and the PNI RM3100 behind `embedded_hal`'s [`SpiDevice`](embedded_hal::spi::SpiDevice) and
+//! [`I2c`](embedded_hal::i2c::I2c).
 //!
 //! A model is played a truth in SI units ([`Sample`](crate::Sample)s, body axes, time passed in) and converts it as
 //! the data sheet says: sensitivity, rounding, saturation, output data rate, FIFO, flags. Nothing here knows a
@@ -22,6 +23,7 @@ mod fault;
 mod faulty_bus;
 pub mod ism330dhcx;
 mod modelled_pair;
+mod record;
 mod recording;
 pub mod rm3100;
 mod serial_part;
@@ -33,6 +35,7 @@ pub use fault::{Injection, PartFault, Schedule};
 pub use faulty_bus::{BusFault, FaultyBus, InjectedError, WireMeter};
 pub use ism330dhcx::Ism330dhcx;
 pub use modelled_pair::{ModelledPair, ModelledParts, PairError, Periods};
+pub use record::{Cost, Record, Summary};
 pub use recording::{DITHER, PlayedCounts, Recording, RecordingPlayer};
 pub use rm3100::Rm3100;
 pub use serial_part::{Cursor, SerialPart};

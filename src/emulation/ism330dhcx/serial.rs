@@ -1,7 +1,7 @@
 //! Serial side of the part: its answers on the bus.
 
 use super::{Ism330dhcx, RESET_NS, Tick, registers::*};
-use crate::sensor_models::{
+use crate::emulation::{
     conversion::{Conversions, nanoseconds},
     fault::PartFault,
     serial_part::SerialPart,

@@ -1,0 +1,68 @@
+//! Attitude without identification is that of the whole probe.
+
+extern crate std;
+use super::*;
+use crate::{Probe, sample::SampleFlags};
+use std::boxed::Box;
+
+/// Samples of a steady turn about a tilted axis, with a dozen gyro readings missing.
+fn samples() -> impl Iterator<Item = Sample> {
+    (1..4_000_u32).map(|k| {
+        let angle = k as f32 * 0.004;
+        let (sin, cos) = (libm::sinf(angle), libm::cosf(angle));
+        // A little noise, so that no sensor counts as frozen.
+        let noise = (k.wrapping_mul(2_654_435_761) >> 20) as f32 * 1e-6;
+        Sample {
+            t_us: 5_000 * u64::from(k),
+            gyro_rad_s: [noise, 0.0 - noise, 0.8],
+            accel_m_s2: [-3.0 * cos, 3.0 * sin, -9.3 + noise],
+            mag_ut: [20.0 * cos, -20.0 * sin, 40.0 + noise],
+            temperature_c: 25.0,
+            flags: if k % 300 == 0 { SampleFlags::GYRO_MISSING } else { SampleFlags::empty() },
+        }
+    })
+}
+
+/// Until a model is identified both probes fly the factory's, and their attitudes are equal to the bit.
+#[test]
+fn attitude_is_the_pipelines_while_nothing_is_learnt() {
+    let config = Config { effects: false, ..Config::default() };
+    let (mut small, mut whole) = (Box::new(AttitudeProbe::new()), Box::new(Probe::new()));
+    small.configure(&config).unwrap_or_default();
+    whole.configure(&config).unwrap_or_default();
+    let mut compared = 0;
+    for sample in samples() {
+        // `Probe::poll` is not called, so that nothing is identified.
+        let (a, b) = (small.push(&sample), whole.push(&sample));
+        assert_eq!(a, b, "{}", sample.t_us);
+        compared += u32::from(a.is_some_and(|output| output.attitude.is_some()));
+        if let Some(output) = a {
+            assert_eq!(small.survey_input(&sample, &output), whole.survey_input(&sample, &output));
+        }
+    }
+    assert!(compared > 3_900, "{compared}");
+}
+
+#[test]
+fn a_clock_that_goes_back_begins_afresh_and_an_old_sample_is_not_taken() {
+    let mut probe = Box::new(AttitudeProbe::new());
+    assert!(probe.push(&Sample::default()).is_none(), "not configured");
+    probe.configure(&Config::default()).unwrap_or_default();
+    let at = |t_us| Sample { t_us, accel_m_s2: [0.0, 0.0, -9.8], ..Sample::default() };
+    assert!(probe.push(&at(20_000_000)).is_some());
+    assert!(probe.push(&at(19_000_000)).is_none());
+    assert!(probe.push(&at(1_000)).is_some(), "afresh");
+    assert!(probe.push(&at(6_000)).is_some());
+}
+
+#[test]
+fn a_model_flies_from_the_next_sample_on() {
+    let mut probe = Box::new(AttitudeProbe::new());
+    let model = GyroModel { b_rad_s: [0.1, 0.0, 0.0], ..GyroModel::IDENTITY };
+    assert!(!probe.fly(&model, &[0.01; 12]), "not configured");
+    probe.configure(&Config::default()).unwrap_or_default();
+    assert!(probe.fly(&model, &[0.01; 12]));
+    let sample = Sample { gyro_rad_s: [0.1, 0.0, 0.0], ..Sample::default() };
+    assert_eq!(probe.push(&sample).map(|output| output.rate_rad_s), Some([0.0; 3]));
+    assert!(!probe.fly(&GyroModel { p: [[0.0; 3]; 3], ..model }, &[0.01; 12]));
+}
