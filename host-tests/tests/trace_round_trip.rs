@@ -52,7 +52,8 @@ fn unit_quaternion() -> impl Strategy<Value = [f64; 4]> {
 
 fn keys() -> impl Strategy<Value = Keys> {
     let positive = || option::of(1e-3..1e3_f64);
-    let texts = (option::of("[a-z]( ?[=#,\"a-z]){0,9}"), option::of("[A-Z0-9.]{1,9}"), any::<[bool; 3]>());
+    let sentence = || option::of("[a-z]( ?[=#,\"a-z]){0,9}");
+    let texts = (sentence(), sentence(), option::of("[A-Z0-9.]{1,9}"), any::<[bool; 3]>());
     let whose = (option::of("[A-Z0-9]{1,9}"), option::of(0..100_000_u64));
     let earth = (option::of(-180.0..180.0_f64), positive(), positive(), option::of(-90.0..90.0_f64));
     let true_p = option::of(proptest::array::uniform9(-2.0..2.0_f64));
@@ -60,7 +61,7 @@ fn keys() -> impl Strategy<Value = Keys> {
     let motion = option::of(prop_oneof![Just(Motion::Hand), Just(Motion::DrillString)]);
     (texts, earth, option::of(-90.0..90.0_f64), sensors, motion, whose).prop_map(
         |(
-            (source, licence, [enu, tool, reference_north]),
+            (source, changes, licence, [enu, tool, reference_north]),
             (declination, gravity, field, dip),
             latitude,
             (scales, delay, true_gyro_p),
@@ -85,6 +86,7 @@ fn keys() -> impl Strategy<Value = Keys> {
                 date: day.map(|day| chrono::NaiveDate::default() + chrono::Days::new(day)),
                 reference_north,
                 source,
+                changes,
                 licence,
             }
         },
