@@ -17,7 +17,7 @@ use tempfile::TempDir;
 const WIDTH: usize = 64;
 
 /// Height of the window in which a page is drawn, pixels: more than any page that is looked at.
-const HEIGHT: u32 = 20_000;
+const HEIGHT: u32 = 24_000;
 
 /// Rows of small pixels that are compared at once, and how far they may have moved since the rows before: a line of text
 /// more or less moves all that follows.
