@@ -168,6 +168,12 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         }
         None => None,
     };
+    if let Some((path, _)) = &depths
+        && stations.iter().all(|station| station.md_m.is_some())
+    {
+        let why = "every station has a depth of its own: leave out --depth, or the stations' column md_m".to_owned();
+        return Err(named(path, &Failure::BadInput(why)).into());
+    }
     let mut deepest_m = f64::MIN;
     for (k, station) in stations.iter_mut().enumerate() {
         let (None, Some(t_s)) = (station.md_m, station.t_s) else { continue };

@@ -16,13 +16,20 @@ const ROWS: [&str; 2] = [
 
 /// What the program prints on its way, and whether it succeeds.
 fn said(run: &str, stations: &[u8]) -> (bool, String) {
+    said_with(run, stations, &[])
+}
+
+/// The same, with further arguments; the folder has a file of depths.
+fn said_with(run: &str, stations: &[u8], further: &[&str]) -> (bool, String) {
     let folder = TempDir::new().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("run.toml"), run).unwrap();
     fs::write(path("ifr.csv"), TABLE).unwrap();
     fs::write(path("stations.csv"), stations).unwrap();
+    fs::write(path("depths.csv"), "t_s,md_m\n0,600\n100,629\n").unwrap();
     let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
-    let output = mwd.arg("survey").arg(path("stations.csv")).arg("--run").arg(path("run.toml")).output().unwrap();
+    mwd.arg("survey").arg(path("stations.csv")).arg("--run").arg(path("run.toml")).args(further);
+    let output = mwd.current_dir(folder.path()).output().unwrap();
     let text = [output.stdout, output.stderr].concat();
     (output.status.success(), String::from_utf8(text).unwrap())
 }
@@ -71,4 +78,10 @@ fn an_analysis_that_is_asked_for_and_not_made_is_told() {
     let angles = csv("md_m,inclination_deg,magnetic_azimuth_deg", &["600,2,40", "629,4,40"]);
     let (done, text) = said(RUN, &angles);
     assert!(done && !text.contains("no multi-station analysis"), "{text}");
+}
+
+#[test]
+fn a_file_of_depths_that_no_station_needs_is_refused() {
+    let (done, text) = said_with(RUN, &csv(HEADER, &ROWS), &["--depth", "depths.csv"]);
+    assert!(!done && text.contains("depths.csv: every station has a depth of its own: leave out --depth"), "{text}");
 }
