@@ -167,7 +167,7 @@ fn a_field_that_agrees_in_passing_is_not_used_before_it_has_agreed_for_half_a_se
     let mut used_s = 0.0;
     for k in 0..6_000_u16 {
         // From 20 s on the gyro stands still, and the string turns once a second.
-        let psi = if k < 4_000 { 0.0 } else { 6.28 * f32::from(k - 4_000) * 0.005 };
+        let psi = if k < 4_000 { 0.0 } else { core::f32::consts::TAU * f32::from(k - 4_000) * 0.005 };
         filter.propagate(0.005, &Vector3::zeros());
         let field = exp_matrix(&Vector3::new(0.0, 0.0, -psi)) * Vector3::new(20.0, 0.0, 44.0);
         filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&field));
