@@ -1,0 +1,56 @@
+//! Noise, and a field that turns by more than the gyro measures.
+
+use super::*;
+use crate::rotation::exp_quaternion;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+const FIELD_UT: Vector3<f32> = Vector3::new(20.0, 1.0, 45.0);
+const STEP_S: f32 = 0.01;
+
+/// Nearly normal noise with this deviation on each axis, microtesla.
+fn noisy(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> Vector3<f32> {
+    let mut normal = || (0..12).map(|_| (random.next_u32() >> 8) as f32 / 16_777_216.0 - 0.5).sum::<f32>();
+    Vector3::new(normal(), normal(), normal()) * sigma_ut
+}
+
+/// A detector that agrees with a noisy field.
+fn settled(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> TurnedField {
+    let mut turned = TurnedField::new();
+    for _ in 0..2_000 {
+        turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S);
+        turned.agree(&FIELD_UT);
+    }
+    turned
+}
+
+#[test]
+fn noise_is_in_doubt_once_in_a_thousand_whatever_its_size() {
+    for sigma_ut in [0.1, 1.0] {
+        let random = &mut Xoshiro128PlusPlus::seed_from_u64(5);
+        let mut turned = settled(random, sigma_ut);
+        let doubted = (0..100_000).filter(|_| turned.update(&(FIELD_UT + noisy(random, sigma_ut)), STEP_S)).count();
+        assert!((20..400).contains(&doubted), "{doubted} of 100,000");
+    }
+}
+
+#[test]
+fn a_turn_is_in_doubt_by_its_own_angle_from_the_first_reading_and_no_longer_than_it_lasts() {
+    let random = &mut Xoshiro128PlusPlus::seed_from_u64(6);
+    let mut turned = settled(random, 0.2);
+    let (angle_rad, axis) = (0.1_f32, FIELD_UT.cross(&Vector3::x()).normalize());
+    let rotation = nalgebra::UnitQuaternion::new_normalize(exp_quaternion(&(axis * angle_rad)));
+    assert!(turned.update(&(rotation * FIELD_UT), STEP_S));
+    assert!((libm::sqrtf(turned.doubt()) / angle_rad - 1.0).abs() < 0.02, "{}", turned.doubt());
+    turned.doubt_at_least(0.04);
+    assert!((libm::sqrtf(turned.doubt()) - 0.2).abs() < 1e-4);
+    assert!(!turned.update(&FIELD_UT, STEP_S) && turned.doubt() == 0.0);
+}
+
+#[test]
+fn before_any_field_has_agreed_nothing_is_in_doubt() {
+    let mut turned = TurnedField::new();
+    turned.update(&(FIELD_UT * 100.0), STEP_S);
+    turned.doubt_at_least(1.0);
+    assert_eq!(turned.doubt(), 0.0);
+}
