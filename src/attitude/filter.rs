@@ -499,7 +499,7 @@ impl AttitudeFilter {
         covariance.m33 += self.heading.excess_variance() + turned;
         // A tilt that the force contradicts turns the heading that the field gave by the tangent of its dip.
         let (_, sine, cosine) = self.heading.reference().dip();
-        if self.heading.is_observed() && cosine > 0.0 {
+        if self.tilt.has_long_been_doubted() && self.heading.is_observed() && cosine > 0.0 {
             covariance.m33 += (doubt.x + doubt.y) * (sine * sine) / (cosine * cosine);
         }
         let timing_variance = self.sensors.gyro_timing_variance;

@@ -57,6 +57,8 @@ pub(super) struct Tilt {
     smooth_force_m_s2: Vector3<f32>,
     /// Horizontal force smoothed over [`LEAN_S`], north and east, m/s^2.
     lean_m_s2: Vector2<f32>,
+    /// Time for which there has been a doubt, seconds.
+    doubted_s: f32,
     /// Mean square of the force over about a second, relative to gravity's.
     mean_square_force: f32,
     /// Time since the tilt was last taken from the force, at most [`CONTRADICTION_S`], seconds.
@@ -77,6 +79,7 @@ impl Tilt {
             doubt_rad: Vector2::new(0.0, 0.0),
             smooth_force_m_s2: Vector3::new(0.0, 0.0, 0.0),
             lean_m_s2: Vector2::new(0.0, 0.0),
+            doubted_s: 0.0,
             mean_square_force: 0.0,
             aligned_s: 0.0,
             contradiction_s: 0.0,
@@ -98,6 +101,11 @@ impl Tilt {
     /// Returns true while gravity bounds the bias that a field may correct.
     pub const fn force_seen_lately(&self) -> bool {
         self.unseen_s < UNSEEN_FORCE_S
+    }
+
+    /// Returns true if there has been a doubt for so long that the field was read at a wrong tilt, too; a shock passes.
+    pub const fn has_long_been_doubted(&self) -> bool {
+        self.doubted_s > LEAN_S
     }
 
     /// Notes if a step had a usable force.
@@ -226,6 +234,7 @@ impl Tilt {
         let leaning = if self.force_used { self.leaning(density, settings) } else { f.xy() };
         let per_gravity = if seen { 1.0 / gravity_m_s2 } else { 0.0 };
         self.doubt_rad = Vector2::new(leaning.y, leaning.x) * per_gravity;
+        self.doubted_s = if leaning == Vector2::zeros() { 0.0 } else { self.doubted_s + time_s };
         let contradicted = seen && overturned && !heading.agrees();
         self.contradiction_s = if contradicted { self.contradiction_s + time_s } else { 0.0 };
         if self.contradiction_s > CONTRADICTION_S {
