@@ -1,11 +1,10 @@
 //! Detector of a turn that is too slow to be told from the gyro's bias: gravity and field, in the body, show it.
 
 use super::{error_state::BIAS, filter_step::FilterStep, rest_rate::RestRate, state::State};
+use crate::statistics::chi_square::OF_TWO_IN_A_THOUSAND;
 use core::f32::consts::TAU;
 use nalgebra::Vector3;
 
-/// Chi-square of two degrees of freedom, exceeded once in a thousand: -2 ln 0.001.
-const CHANGED: f32 = 13.82;
 /// Length of the means of the field that are compared, seconds.
 const BLOCK_S: f32 = 0.5;
 /// Fastest turn that is taken for rest, rad/s: `RestTracker` allows 2 deg/s, VQF's default.
@@ -167,7 +166,7 @@ impl SlowTurn {
             return;
         }
         let variance = mean.variance + self.first.variance;
-        let limit = CHANGED * variance;
+        let limit = OF_TWO_IN_A_THOUSAND * variance;
         let missed = libm::remainderf(mean.heading - self.first.heading, TAU);
         let is_news = self.rate.update(&(block.turn / block.seconds));
         // Twice the time that the field needs to show such a turn.
@@ -205,7 +204,10 @@ impl SlowTurn {
         if is_turn {
             self.doubted_s = if self.rate.is_changed { needed_s } else { self.age_s };
         }
-        if is_turn && missed * missed > limit * block.steepness() && rate * rate < CHANGED * self.bias_variance {
+        if is_turn
+            && missed * missed > limit * block.steepness()
+            && rate * rate < OF_TWO_IN_A_THOUSAND * self.bias_variance
+        {
             // The filter took the turn for bias and did not turn, so that the earth's field seemed to turn the other
             // way.
             state.turn_heading(-missed);

@@ -11,7 +11,10 @@ use super::{
     state::State,
     toolface::ToolAngles,
 };
-use crate::rotation::{matrix, renormalised};
+use crate::{
+    rotation::{matrix, renormalised},
+    statistics::chi_square::OF_TWO_IN_A_THOUSAND,
+};
 use core::f32::consts::PI;
 use nalgebra::{Quaternion, Vector2, Vector3};
 
@@ -37,9 +40,6 @@ const ALIGNMENT_S: f32 = 0.5;
 const CONTRADICTION_S: f32 = 2.0;
 /// Smoothing of the force that may lean, seconds: as the first tilt's.
 const LEAN_S: f32 = ALIGNMENT_S;
-/// Gate over the variance of its angle: exceeded by noise once in a thousand (chi-square with two degrees of freedom,
-/// 2 ln 1000).
-const LEAN_GATE: f32 = 13.82;
 /// Time without gravity after which the field no longer corrects the bias, seconds: with 0.4 (m/s^2)^2/Hz of unread
 /// acceleration the speed is then less certain than the assumed half metre a second.
 const UNSEEN_FORCE_S: f32 = 1.0;
@@ -248,7 +248,7 @@ impl Tilt {
     pub fn contradicts(&self, by: &Quaternion<f32>, variance: f32) -> bool {
         let force = &self.smooth_force_m_s2;
         let (before, after) = (force.xy().norm_squared(), (matrix(by) * force).xy().norm_squared());
-        let tolerance = LEAN_GATE * (variance + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD);
+        let tolerance = OF_TWO_IN_A_THOUSAND * (variance + FORCE_SIGMA_RAD * FORCE_SIGMA_RAD);
         after > before + tolerance * force.norm_squared()
     }
 
@@ -264,7 +264,7 @@ impl Tilt {
         for (mean, smoothing_s) in [(self.lean_m_s2, LEAN_S), (self.smooth_force_m_s2.xy(), CONTRADICTION_S)] {
             let variance = 0.5 * (density / smoothing_s + constant * constant);
             let square = mean.norm_squared();
-            if square > LEAN_GATE * variance && square > furthest.norm_squared() {
+            if square > OF_TWO_IN_A_THOUSAND * variance && square > furthest.norm_squared() {
                 furthest = mean;
             }
         }

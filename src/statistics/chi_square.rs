@@ -1,4 +1,5 @@
-//! Chi-square quantiles with three degrees of freedom: how improbable a vector is under its covariance.
+//! Chi-square quantiles with three degrees of freedom, if no other number is named: how improbable a vector is under its
+//! covariance.
 
 /// Exceeded once in a million.
 pub(crate) const IN_A_MILLION: f32 = 30.66;
@@ -8,6 +9,8 @@ pub(crate) const IN_A_THOUSAND: f32 = 16.27;
 pub(crate) const IN_A_HUNDRED: f32 = 11.34;
 /// Exceeded once in twenty.
 pub(crate) const IN_TWENTY: f32 = 7.815;
+/// With two degrees of freedom exceeded once in a thousand.
+pub(crate) const OF_TWO_IN_A_THOUSAND: f32 = 13.82;
 
 #[cfg(test)]
 mod tests {
@@ -24,5 +27,6 @@ mod tests {
         for (quantile, once_in) in [(IN_A_MILLION, 1e6), (IN_A_THOUSAND, 1e3), (IN_A_HUNDRED, 1e2), (IN_TWENTY, 20.0)] {
             assert!((tail(quantile) * once_in - 1.0).abs() < 0.01, "{quantile}: {}", tail(quantile));
         }
+        assert!((libm::expf(-0.5 * OF_TWO_IN_A_THOUSAND) * 1e3 - 1.0).abs() < 0.01);
     }
 }
