@@ -247,16 +247,8 @@ fn ticks([low, high]: [f64; 2]) -> Vec<(f64, String)> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_drawing_of_its_own_has_title_style_and_legend_inside_and_closes_every_tag() {
-        let series = Series {
-            name: "a < b".to_owned(),
-            class: "after",
-            points: vec![[0.0, 1.0, 0.0], [1.0, 2.0, 0.0]],
-            bridged_s: 2.0,
-            marked: false,
-        };
-        let plot = Plot {
+    fn plot(series: Vec<Series>) -> Plot<'static> {
+        Plot {
             width: Plot::WIDE,
             unit: "deg",
             over: "time, s",
@@ -266,9 +258,20 @@ mod tests {
             range: [0.0, 2.0],
             shaded_s: &[],
             levels: &[],
-            series: vec![series],
+            series,
+        }
+    }
+
+    #[test]
+    fn a_drawing_of_its_own_has_title_style_and_legend_inside_and_closes_every_tag() {
+        let series = Series {
+            name: "a < b".to_owned(),
+            class: "after",
+            points: vec![[0.0, 1.0, 0.0], [1.0, 2.0, 0.0]],
+            bridged_s: 2.0,
+            marked: false,
         };
-        let drawn = plot.standalone("Error & time");
+        let drawn = plot(vec![series]).standalone("Error & time");
         assert!(drawn.starts_with("<svg xmlns=") && drawn.ends_with("</svg>\n"), "{drawn}");
         assert!(drawn.contains(">Error &amp; time</text>") && drawn.contains(">a &lt; b</text>"), "{drawn}");
         for tag in ["svg", "style", "text", "title"] {
@@ -286,21 +289,7 @@ mod tests {
             bridged_s: 2.0,
             marked: true,
         };
-        let beside = |count: u32| {
-            let plot = Plot {
-                width: Plot::WIDE,
-                unit: "deg",
-                over: "time, s",
-                is_of_days: false,
-                from: 0.0,
-                to: 1.0,
-                range: [0.0, 2.0],
-                shaded_s: &[],
-                levels: &[],
-                series: [0; 3].map(|_| series(count)).into(),
-            };
-            plot.beside()
-        };
+        let beside = |count: u32| plot([0; 3].map(|_| series(count)).into()).beside();
         assert!((beside(1) - BESIDE).abs() < 1e-9 && (beside(4) - BESIDE).abs() < 1e-9);
         assert!(3.0 * beside(142) < 804.0 / 142.0 + 1e-9, "{}", beside(142));
     }
