@@ -1,20 +1,27 @@
 //! Directions in which the body's axes have pointed. A constant field along an axis that always points the same way is
-//! part of the earth's: what seems to tell them apart is the noise of the attitudes at which rows are made linear.
+//! part of the earth's: what seems to tell them apart is the noise of the attitudes at which rows are made linear. So it
+//! is along one that turns slowly, with the hole: its turns of hours are no larger than the errors of the attitude, which
+//! come and go within minutes, and pass for iron of several microtesla.
 
 use super::real::{M3, Real, V3, square, zero3};
 
 /// Root mean square turn of an axis, in deviations of the attitude, from which on a constant field along it shows:
 /// three quarters of what tells it from the earth's are then turns, and no noise.
 const SHOWN_BY: f32 = 2.0;
+/// Squared turn that a node counts for at most, in squared deviations: some nodes with a wrong attitude, as a fault leaves,
+/// are no turn. Wobble of one size throughout counts in full up to twice what shows.
+const MOST: f32 = 4.0 * SHOWN_BY * SHOWN_BY;
+/// Nodes that a mean direction remembers: about a minute, some periods of the slowest wobble of a string.
+const REMEMBERED: f32 = 128.0;
 
 /// Scatter of the body's axes in the earth frame.
 #[derive(Clone, Copy)]
 pub(super) struct Pointing<T> {
-    /// Mean direction of each axis since the heading began anew, and its weight: the sum of one over the attitude's
-    /// variance, 1/rad^2.
+    /// Mean direction of each axis over the nodes that are remembered, since the heading began anew, and its weight: the
+    /// sum of one over the attitude's variance, 1/rad^2.
     mean: [V3<T>; 3],
     weight: T,
-    /// Sums of the squared distances from the mean, in units of the attitude's variance at each node, and the number of
+    /// Sums of the squared distances from this mean, in units of the attitude's variance at each node, and the number of
     /// nodes.
     scatter: [T; 3],
     nodes: T,
@@ -36,13 +43,14 @@ impl<T: Real> Pointing<T> {
             return;
         }
         let own = T::ONE / variance;
-        self.weight += own;
+        self.weight = self.weight * T::of(1.0 - 1.0 / REMEMBERED) + own;
         self.nodes += T::ONE;
         let share = own / self.weight;
         for ((mean, scatter), axis) in self.mean.iter_mut().zip(&mut self.scatter).zip(attitude.column_iter()) {
             let off = axis - *mean;
             *mean += off * share;
-            *scatter += square(&off) * own * (T::ONE - share);
+            let turned = square(&off) * own * (T::ONE - share);
+            *scatter += if turned < T::of(MOST) { turned } else { T::of(MOST) };
         }
     }
 
@@ -89,6 +97,28 @@ mod tests {
         assert_eq!(turning(0.0, false), [false, false, true]);
         assert_eq!(turning(0.01, false), [false, false, true]);
         assert_eq!(turning(0.05, false), [false, false, false]);
+    }
+
+    #[test]
+    fn an_axis_that_turns_with_the_hole_hides() {
+        let mut pointing = Pointing::<f64>::zero();
+        for k in 0..8_000 {
+            let time = f64::from(k);
+            let (hole, tool) = (V3::new(0.6 + 5e-5 * time, 0.0, 0.0), V3::new(0.0, 0.0, 1.3 * time));
+            pointing.add(&(rotation(&hole) * rotation(&tool)), 1e-4);
+        }
+        assert_eq!(pointing.hides(), [false, false, true]);
+    }
+
+    #[test]
+    fn some_nodes_with_a_wrong_attitude_are_no_turn() {
+        let mut pointing = Pointing::<f64>::zero();
+        for k in 0..400 {
+            let wrong = if (200..210).contains(&k) { 0.5 } else { 0.0 };
+            let turned = rotation(&V3::new(0.6 + wrong, 0.0, 0.0)) * rotation(&V3::new(0.0, 0.0, 1.3 * f64::from(k)));
+            pointing.add(&turned, 1e-4);
+        }
+        assert_eq!(pointing.hides(), [false, false, true]);
     }
 
     #[test]

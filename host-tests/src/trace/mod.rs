@@ -30,7 +30,7 @@ pub(crate) use seconds::seconds;
 
 /// A trace. Reference columns are for scoring only: the pipeline sees nothing but the samples.
 ///
-/// [`Trace::read`] holds it in memory, in the columns below. Of a trace by [`Trace::spooled`] the columns are empty:
+/// [`Trace::read`] holds it in memory, in the columns below. Of a long trace by [`Trace::spooled`] the columns are empty:
 /// its rows are in a temporary file, and come by [`Trace::rows`], as those in memory do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
@@ -93,7 +93,7 @@ impl Trace {
         read::of_bytes(bytes)
     }
 
-    /// Reads a trace into a temporary file: memory does not grow with its length. The rest is as by [`Trace::read`].
+    /// Reads a long trace into a temporary file: memory does not grow with its length. The rest is as by [`Trace::read`].
     ///
     /// # Errors
     /// What is wrong, with the file, the line and the column.

@@ -18,8 +18,9 @@ use super::{
 /// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
 
-/// Rows that are in memory before they go to a temporary file.
-const IN_MEMORY: usize = 1_024;
+/// Rows that are in memory before they go to a temporary file: of a trace that is no longer, all stay there. Two
+/// megabytes.
+const IN_MEMORY: usize = 1 << 13;
 
 pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
     read_into(path, None)
@@ -69,10 +70,10 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> 
             spooled.take(&mut trace);
         }
     }
-    if let Some(spooled) = &mut spooled {
+    trace.spooled = spooled.filter(|spooled| spooled.len() > 0).map(|mut spooled| {
         spooled.take(&mut trace);
-    }
-    trace.spooled = spooled;
+        spooled
+    });
     if trace.is_empty() {
         return Err(Fault::NoSamples.of_file());
     }

@@ -79,18 +79,32 @@ pub(super) fn mark_clipped(sample: &mut Sample, full_scale: &FullScale, said: Sa
 struct Steps {
     count: HashMap<u64, usize>,
     last_us: Option<u64>,
+    /// Steps of the same length, not counted yet.
+    equal: (u64, usize),
 }
 
 impl Steps {
     fn push(&mut self, t_us: u64) {
-        if let Some(last_us) = self.last_us {
-            *self.count.entry(t_us.saturating_sub(last_us)).or_default() += 1;
-        }
+        let step = self.last_us.map(|last_us| t_us.saturating_sub(last_us));
         self.last_us = Some(t_us);
+        match step {
+            Some(step) if step == self.equal.0 => self.equal.1 += 1,
+            Some(step) => self.count((step, 1)),
+            None => {}
+        }
+    }
+
+    /// Counts the equal steps, and begins with others.
+    fn count(&mut self, others: (u64, usize)) {
+        let (step, count) = std::mem::replace(&mut self.equal, others);
+        if count > 0 {
+            *self.count.entry(step).or_default() += count;
+        }
     }
 
     /// The median step; 0 for fewer than two samples.
-    fn median_us(&self) -> u32 {
+    fn median_us(mut self) -> u32 {
+        self.count((0, 0));
         let mut steps: Vec<(u64, usize)> = self.count.iter().map(|(step, count)| (*step, *count)).collect();
         steps.sort_unstable();
         let mut below = 0;
