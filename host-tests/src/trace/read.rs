@@ -18,8 +18,8 @@ use super::{
 /// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
 
-/// Rows that are in memory before they go to a temporary file: of a trace that is no longer, all stay there. Two
-/// megabytes.
+/// Rows that are in memory before they go to a temporary file: of a trace that is no longer, all stay there. About
+/// a megabyte.
 const IN_MEMORY: usize = 1 << 13;
 
 pub(super) fn read(path: &Path) -> Result<Trace, TraceError> {
