@@ -8,7 +8,7 @@ use super::{
     parameters::Parameters,
     preintegration::Preintegration,
     real::{M3, Real, V3, norm, square},
-    rows::{self, Block, CONSTANT, FieldReading, PathNoise, WIDTH},
+    rows::{self, Block, CONSTANT, FieldReading, PathNoise, Told, WIDTH},
     settings::{Noise, Settings},
 };
 
@@ -115,22 +115,16 @@ fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declare
     })
 }
 
-/// Information that the declared field gives, as far as it has been read, on a constant field along each axis of the
-/// body, in units of these widths of the prior; `None` if none has been read.
+/// Reads what the declared field, as far as it has been read, tells of the magnetometer's errors, of these widths;
+/// `None` if none of it has been read.
 pub(super) fn told_by_reference<T: Real>(
     node: &Node<T>,
     (settings, field_unit): (&Settings, T),
-    widths: &[T],
-) -> Option<[f32; 3]> {
+    widths: &[T; GLOBALS],
+) -> Option<Told<T>> {
     let declared = declared(settings, field_unit).filter(|_| node.referred > 0)?;
-    let read = T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED));
-    let [of_norm, of_dip] = rows::slopes(&node.field, &declared);
-    let mut information = [0.0; 3];
-    for ((information, axis), width) in information.iter_mut().zip(node.attitude.column_iter()).zip(widths) {
-        let [norm, dip] = [of_norm.dot(&axis), of_dip.dot(&axis)];
-        *information = ((norm * norm + dip * dip) * *width * *width * read).narrow();
-    }
-    Some(information)
+    let weight = (T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED))).root();
+    Some(rows::told(&node.field, &node.attitude, &declared, (weight, widths)))
 }
 
 /// Writes the rows that the earth field of the node is the declared one.

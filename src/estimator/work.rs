@@ -2,8 +2,8 @@
 
 use super::{
     Centre, Estimator, Item, Kind, Refusal,
-    candidates::{Units, Unturned},
-    columns::{GLOBALS, HARD_IRON, NUISANCES},
+    candidates::{Misfit, Units, Unturned},
+    columns::{GLOBALS, NUISANCES},
     increment::Increment,
     reading,
     real::{Real, V3, norm, widened, zero3},
@@ -280,10 +280,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         } else if end_us >= self.course.weighed_us.saturating_add(WEIGHED_EVERY_US) {
             self.course.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
-            let widths = self.prior.sigma.get(HARD_IRON.columns()).unwrap_or_default();
-            let told = reading::told_by_reference(&self.node, (&self.settings, self.course.field_unit), widths);
-            self.evidence.choice.unturned = Unturned::new(self.unturned(), told);
-            self.evidence.start(&self.settings.rules, self.remainder.dispersion(), is_unexplained);
+            let of = (&self.settings, self.course.field_unit);
+            let told = reading::told_by_reference(&self.node, of, &self.prior.sigma);
+            let unturned = Unturned { axes: self.unturned(), told };
+            let misfit = Misfit { dispersion: self.remainder.dispersion(), is_unexplained };
+            self.evidence.start(&self.settings.rules, misfit, unturned, &self.candidates);
             self.task = Task::Weighing;
         }
     }

@@ -68,10 +68,6 @@ impl Columns {
         Self { from, to: from + count as u8 }
     }
 
-    pub const fn one(column: ColumnId) -> Self {
-        Self { from: column.0, to: column.0 + 1 }
-    }
-
     pub const fn len(self) -> usize {
         self.to.saturating_sub(self.from) as usize
     }
@@ -86,11 +82,6 @@ impl Columns {
 
     pub fn has(self, column: ColumnId) -> bool {
         (self.from..self.to).contains(&column.0)
-    }
-
-    /// Place of a column among these; `None` if it is another's.
-    pub fn place_of(self, column: ColumnId) -> Option<usize> {
-        self.has(column).then(|| usize::from(column.0 - self.from))
     }
 
     pub const fn are_within(self, others: Self) -> bool {
