@@ -115,31 +115,32 @@ fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declare
     })
 }
 
-/// Reads what the declared field, as far as it has been read, tells of the magnetometer's errors, of these widths;
-/// `None` if none of it has been read.
+/// Reads what the declared field, as far as it has been read, tells of the magnetometer's errors `x`, of these widths;
+/// `None` if none of it has been read, or the field that is estimated is not to be relied on.
 pub(super) fn told_by_reference<T: Real>(
     node: &Node<T>,
     (settings, field_unit): (&Settings, T),
-    widths: &[T; GLOBALS],
+    (x, widths): (&[T; GLOBALS], &[T; GLOBALS]),
 ) -> Option<Told<T>> {
-    let declared = declared(settings, field_unit).filter(|_| node.referred > 0)?;
+    let declared = declared(settings, field_unit).filter(|_| node.referred > 0 && is_at_declared(node, settings))?;
     let weight = (T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED))).root();
-    Some(rows::told(&node.field, &node.attitude, &declared, (weight, widths)))
+    Some(rows::told(&node.field, &node.attitude, &declared, (weight, x, widths)))
+}
+
+/// Returns true if a linear model of the attitude's errors holds, and the dip may be the declared one.
+fn is_at_declared<T: Real>(node: &Node<T>, settings: &Settings) -> bool {
+    let Some(reference) = settings.reference.filter(|_| node.has_field && node.curved == 0) else { return false };
+    let [iron, matrix] = [HARD_IRON, MAG_MATRIX].map(|group| settings.sigma.get(group.from).copied().unwrap_or(0.0));
+    let of_iron = iron * iron + matrix * matrix;
+    let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
+    let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
+    far * far <= T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip))
 }
 
 /// Writes the rows that the earth field of the node is the declared one.
 pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) {
-    let Some(reference) = taken.settings.reference else { return };
     let Some(declared) = declared(taken.settings, taken.field_unit) else { return };
-    if !(node.has_field && node.curved == 0 && node.referred < REFERRED) {
-        return;
-    }
-    let [iron, matrix] =
-        [HARD_IRON, MAG_MATRIX].map(|group| taken.settings.sigma.get(group.from).copied().unwrap_or(0.0));
-    let of_iron = iron * iron + matrix * matrix;
-    let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
-    let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
-    if far * far > T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip)) {
+    if node.referred >= REFERRED || !is_at_declared(node, taken.settings) {
         return;
     }
     node.referred += 1;

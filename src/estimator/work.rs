@@ -281,7 +281,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.course.weighed_us = end_us;
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
             let of = (&self.settings, self.course.field_unit);
-            let told = reading::told_by_reference(&self.node, of, &self.prior.sigma);
+            let told = reading::told_by_reference(&self.node, of, (&self.globals.x, &self.prior.sigma));
+            // While the field is found again, what it told before holds.
+            let told = told.or(if self.node.referred > 0 { self.evidence.told() } else { None });
             let unturned = Unturned { axes: self.unturned(), told };
             let misfit = Misfit { dispersion: self.remainder.dispersion(), is_unexplained };
             self.evidence.start(&self.settings.rules, misfit, unturned, &self.candidates);

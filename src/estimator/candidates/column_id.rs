@@ -48,6 +48,11 @@ impl Columns {
         Self { from: group.from as u8, to: (group.from + group.count) as u8 }
     }
 
+    /// Columns of the magnetometer's matrix and of the hard iron: the table's first.
+    pub const fn of_magnetometer() -> Self {
+        Self { from: MAG_MATRIX.from as u8, to: (HARD_IRON.from + HARD_IRON.count) as u8 }
+    }
+
     /// Columns of an error of a vector sensor.
     pub const fn of_error(error: VectorError) -> Self {
         match error {

@@ -23,7 +23,7 @@ use crate::estimator::{
     columns::NUISANCES,
     globals::Globals,
     real::Real,
-    rows::{SCRATCH, WIDTH},
+    rows::{SCRATCH, Told, WIDTH},
 };
 
 /// Columns that are loaded in one piece of work.
@@ -84,6 +84,11 @@ impl<T: Real> Evidence<T> {
         self.hidden.clear();
         self.stage = Stage::Idle;
         self.account.clear();
+    }
+
+    /// What the declared field told in the weighing before.
+    pub const fn told(&self) -> Option<Told<T>> {
+        self.hidden.told()
     }
 
     /// Begins a weighing, see [`Choice::start`].

@@ -22,6 +22,7 @@ use crate::{
 use heapless::Vec;
 
 const IRON: Columns = Columns::of_group(&HARD_IRON);
+const OF_MAGNETOMETER: Columns = Columns::of_magnetometer();
 /// Most columns that are hidden: iron and turn of three axes, and the shape along the tool.
 const MOST_HIDDEN: usize = 7;
 /// Least mean square of a hidden error, in squared widths of its prior: rounding may leave none.
@@ -66,6 +67,10 @@ impl<T: Real> Hidden<T> {
 
     pub fn clear(&mut self) {
         *self = Self::zero();
+    }
+
+    pub const fn told(&self) -> Option<Told<T>> {
+        self.unturned.told
     }
 
     /// Chooses the columns. One that was claimed when its axis had turned keeps what was learnt then.
@@ -125,10 +130,11 @@ impl<T: Real> Hidden<T> {
         let by = |row: usize, column: ColumnId| {
             self.unturned.told.as_ref().and_then(|told| told.by.get(row)).map_or(T::ZERO, |by| at(by, column.index()))
         };
-        // At columns of zero.
+        // At hidden columns of zero; the others are as they are estimated.
+        let others = || OF_MAGNETOMETER.iter().filter(|column| !self.columns.contains(column));
         let constant = |row: usize| {
-            let present = self.unturned.told.as_ref().map_or(T::ZERO, |told| at(&told.constants, row));
-            self.columns.iter().fold(present, |sum, column| sum - by(row, *column) * at(x, column.index()))
+            let at_zero = self.unturned.told.as_ref().map_or(T::ZERO, |told| at(&told.constants, row));
+            others().fold(at_zero, |sum, column| sum + by(row, column) * at(x, column.index()))
         };
         let product = |a: &dyn Fn(usize) -> T, b: &dyn Fn(usize) -> T| (a(0) * b(0) + a(1) * b(1)) * noise;
         let of = |k: usize| move |row: usize| self.columns.get(k).map_or(T::ZERO, |column| by(row, *column));

@@ -20,20 +20,20 @@ pub(in crate::estimator) struct Declared<T> {
 }
 
 /// What the declared norm and dip tell of the magnetometer's errors, were the field the one that it reads: rows over the
-/// table's first columns, in units of the prior's widths, and their constants at the present estimates.
+/// table's first columns, in units of the prior's widths, and their constants at errors of zero.
 #[derive(Clone, Copy)]
 pub(in crate::estimator) struct Told<T> {
     pub by: [[T; OF_MAGNETOMETER]; 2],
     pub constants: [T; 2],
 }
 
-/// Rows of a field, earth frame, that is read at this attitude. `weight`: root of the share of the declared field's
-/// information that counts.
+/// Rows of a field, earth frame, that is read at this attitude and corrected by the errors `x`. `weight`: root of the
+/// share of the declared field's information that counts.
 pub(in crate::estimator) fn told<T: Real>(
     field: &V3<T>,
     attitude: &M3<T>,
     declared: &Declared<T>,
-    (weight, sigma): (T, &[T; GLOBALS]),
+    (weight, x, sigma): (T, &[T; GLOBALS], &[T; GLOBALS]),
 ) -> Told<T> {
     let body = attitude.transpose() * field;
     let row = |slope: V3<T>| {
@@ -46,7 +46,12 @@ pub(in crate::estimator) fn told<T: Real>(
         }
         row
     };
-    Told { by: slopes(field, declared).map(row), constants: misfits(field, declared).map(|misfit| misfit * weight) }
+    let by = slopes(field, declared).map(row);
+    let mut constants = misfits(field, declared).map(|misfit| misfit * weight);
+    for (constant, by) in constants.iter_mut().zip(&by) {
+        *constant = by.iter().zip(x).fold(*constant, |sum, (by, x)| sum - *by * *x);
+    }
+    Told { by, constants }
 }
 
 fn at<T: Real>(vector: &V3<T>, axis: usize) -> T {
@@ -131,14 +136,16 @@ mod tests {
     fn what_is_told_of_a_column_is_the_misfit_of_a_field_that_is_read_with_it() {
         let (field, attitude) = (V3::new(0.5, -0.3, -0.9), *Rotation3::new(V3::new(0.4, -1.1, 2.0)).matrix());
         let sigma: [f64; GLOBALS] = core::array::from_fn(|c| 0.01 + 0.002 * c as f64);
-        let told = told(&field, &attitude, &DECLARED, (0.5, &sigma));
+        let corrected: [f64; GLOBALS] = core::array::from_fn(|c| 0.3 - 0.1 * c as f64);
+        let told = told(&field, &attitude, &DECLARED, (0.5, &corrected, &sigma));
         for column in 0..OF_MAGNETOMETER {
             let mut x = [0.0; GLOBALS];
             x[column] = 1e-5 * sigma[column];
             let with = Parameters::new(&x, &zero3(), &identity::<f64>());
             let read = attitude * (with.mag_matrix * (attitude.transpose() * field) + with.hard_iron);
             for (row, misfit) in misfits(&read, &DECLARED).iter().enumerate() {
-                let slope = (misfit * 0.5 - told.constants[row]) / 1e-5;
+                let removed: f64 = told.by[row].iter().zip(&corrected).map(|(by, x)| by * x).sum();
+                let slope = (misfit * 0.5 - removed - told.constants[row]) / 1e-5;
                 assert!((slope - told.by[row][column]).abs() < 1e-3, "{column}: {slope} {}", told.by[row][column]);
             }
         }

@@ -30,22 +30,27 @@ fn problem(seed: u64) -> Problem {
     Problem::new(seed, &[(HARD_IRON.from, 2.0), (HARD_IRON.from + 1, -2.0), (IRON, 2.5)], |_, _| ())
 }
 
+/// Columns that are hidden.
+const HIDDEN: [usize; 3] = [NAMELESS[0], NAMELESS[1], IRON];
+
+/// What the columns that are not hidden add to each row.
+fn of_others(told: &Told<f64>, present: &[f64]) -> [f64; 2] {
+    told.by.map(|row| (0..11).filter(|c| !HIDDEN.contains(c)).map(|c| row[c] * present[c]).sum())
+}
+
 /// Rows with random coefficients that tell the truth if the iron along the tool is `iron`; `present`: the estimates.
 fn told(seed: u64, iron: f64, present: &[f64]) -> Told<f64> {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
     let by: [[f64; 11]; 2] = core::array::from_fn(|_| core::array::from_fn(|_| 2.0 * deviate(&mut generator)));
     let at = by.map(|row| deviate(&mut generator) - row[IRON] * iron);
-    let hidden = [NAMELESS[0], NAMELESS[1], IRON];
-    let moved = by.map(|row| hidden.iter().map(|column| row[*column] * present[*column]).sum::<f64>());
-    Told { by, constants: [at[0] + moved[0], at[1] + moved[1]] }
+    let others = of_others(&Told { by, constants: [0.0; 2] }, present);
+    Told { by, constants: [at[0] - others[0], at[1] - others[1]] }
 }
 
 /// Evidence of the two rows for iron along the tool; the other hidden errors have this variance.
 fn of_rows(told: &Told<f64>, present: &[f64], usual: f64) -> f64 {
     let column = |c: usize| Vector2::new(told.by[0][c], told.by[1][c]);
-    let hidden = [NAMELESS[0], NAMELESS[1], IRON];
-    let moved = hidden.iter().fold(Vector2::zeros(), |sum, c| sum + column(*c) * present[*c]);
-    let misfit = Vector2::from(told.constants) - moved;
+    let misfit = Vector2::from(told.constants) + Vector2::from(of_others(told, present));
     let square = |c: usize| column(c) * column(c).transpose();
     let without = NAMELESS.iter().fold(Matrix2::identity(), |sum, c| sum + square(*c) * usual);
     let likelihood = |covariance: Matrix2<f64>| {
@@ -60,10 +65,7 @@ fn usual(problem: &Problem) -> f64 {
     let shown: Vec<f64> = MAG_MATRIX
         .columns()
         .filter(|column| !NAMELESS.contains(column))
-        .map(|column| {
-            let others = [IRON, NAMELESS[0], NAMELESS[1]];
-            (present[column] * present[column] + problem.variance_beside_gyro(column, &others)).min(1.0)
-        })
+        .map(|column| (present[column] * present[column] + problem.variance_beside_gyro(column, &HIDDEN)).min(1.0))
         .collect();
     shown.iter().sum::<f64>() / shown.len() as f64
 }
@@ -104,7 +106,7 @@ fn the_size_along_an_unturned_axis_is_the_declared_fields_whatever_the_readings_
             // Rows that tell of the iron alone, to 0.1.
             let mut told = Told { by: [[0.0; 11]; 2], constants: [0.0; 2] };
             told.by[0][IRON] = 10.0;
-            told.constants[0] = 10.0 * (problem.known.globals.x[IRON] - iron);
+            told.constants[0] = -10.0 * iron;
             problem.weigh_unturned(&rules, Unturned { axes: ALONG_THE_TOOL, told: Some(told) });
             let along = size(&problem, 2).unwrap();
             assert!((along - iron).abs() < 0.1, "{seed}: {along}, {iron}");
@@ -136,7 +138,7 @@ fn the_certainty_of_the_declared_field_does_not_follow_from_the_noise_of_the_rea
         problem.weigh(&NEVER);
         let mut told = Told { by: [[0.0; 11]; 2], constants: [0.0; 2] };
         told.by[0][IRON] = 10.0;
-        told.constants[0] = 10.0 * (problem.known.globals.x[IRON] - 3.0);
+        told.constants[0] = -10.0 * 3.0;
         let rules = Rules { least: 5.0, with_nuisances: false };
         let unturned = Unturned { axes: ALONG_THE_TOOL, told: Some(told) };
         problem.weigh_as(&rules, Misfit { dispersion, is_unexplained: false }, unturned);
