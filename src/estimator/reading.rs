@@ -124,9 +124,7 @@ pub(super) fn told_by_reference<T: Real>(
 ) -> Option<Told<T>> {
     let declared = declared(settings, field_unit).filter(|_| node.referred > 0 && is_at_declared(node, settings))?;
     let weight = (T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED))).root();
-    // With an attitude that is wrong the field may seem to be another place's.
     Some(rows::told(&node.field, &node.attitude, &declared, (weight, x, widths)))
-        .filter(|told| told.is_within(T::of(ANOTHER_PLACE)))
 }
 
 /// Returns true if a linear model of the attitude's errors holds, and the dip may be the declared one.

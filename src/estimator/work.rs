@@ -281,15 +281,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             self.course.weighed_us = end_us;
             let of = (&self.settings, self.course.field_unit);
             let told = reading::told_by_reference(&self.node, of, (&self.globals.x, &self.prior.sigma));
-            if told.is_none() && self.node.referred > 0 && self.node.curved == 0 {
-                // The field that is estimated contradicts the declared one by more than errors of sensors explain: an
-                // attitude is wrong, and what follows from it would be.
+            let mut unturned = Unturned { axes: self.unturned(), told };
+            let (is_read, is_linear) = (self.node.referred > 0, self.node.curved == 0);
+            if is_read && is_linear && !unturned.explains_the_field(&self.globals.x) {
+                // An attitude is wrong, and what follows from it would be.
                 return;
             }
-            // While the attitude is found again, what the field told before holds.
-            let told = told.or(if self.node.referred > 0 { self.evidence.told() } else { None });
+            if unturned.told.is_none() && is_read {
+                // While the attitude is found again, what the field told before holds.
+                unturned.told = self.evidence.told();
+            }
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
-            let unturned = Unturned { axes: self.unturned(), told };
             let misfit = Misfit { dispersion: self.remainder.dispersion(), is_unexplained };
             self.evidence.start(&self.settings.rules, misfit, unturned, &self.candidates);
             self.task = Task::Weighing;

@@ -27,6 +27,8 @@ const OF_MAGNETOMETER: Columns = Columns::of_magnetometer();
 const MOST_HIDDEN: usize = 7;
 /// Least mean square of a hidden error, in squared widths of its prior: rounding may leave none.
 const LEAST_SQUARE: f32 = 1e-6;
+/// Deviations beyond which the field that is read cannot be the declared one.
+const FAR: f32 = 5.0;
 /// Columns that are eliminated in one piece of work.
 const ELIMINATED: usize = 3;
 
@@ -40,6 +42,27 @@ pub(in crate::estimator) struct Unturned<T> {
 impl<T: Real> Unturned<T> {
     /// No axis.
     pub const NONE: Self = Self { axes: [false; 3], told: None };
+
+    /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field that
+    /// is read within [`FAR`] deviations of the declared one; the others are as estimated.
+    pub fn explains_the_field(&self, x: &[T; GLOBALS]) -> bool {
+        let Some(told) = &self.told else { return false };
+        let [mut aa, mut ab, mut bb] = [T::ONE, T::ZERO, T::ONE];
+        for column in self.columns() {
+            let [a, b] = told.by.each_ref().map(|by| at(by, column.index()));
+            (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+        }
+        let hidden = |column: ColumnId| self.columns().any(|hidden| hidden == column);
+        let mut misfit = told.constants;
+        for (misfit, by) in misfit.iter_mut().zip(&told.by) {
+            for column in OF_MAGNETOMETER.iter().filter(|column| !hidden(*column)) {
+                *misfit += at(by, column.index()) * at(x, column.index());
+            }
+        }
+        let [a, b] = misfit;
+        let square = a * a * bb - T::of(2.0) * a * b * ab + b * b * aa;
+        square <= T::of(FAR * FAR) * (aa * bb - ab * ab)
+    }
 
     /// Columns of which only a declared field tells; the hard iron last.
     fn columns(&self) -> impl Iterator<Item = ColumnId> {

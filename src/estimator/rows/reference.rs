@@ -27,17 +27,6 @@ pub(in crate::estimator) struct Told<T> {
     pub constants: [T; 2],
 }
 
-impl<T: Real> Told<T> {
-    /// Returns true if errors of the priors' size leave what is read within so many deviations of what is declared.
-    pub fn is_within(&self, deviations: T) -> bool {
-        let ([a, b], [x, y]) = (&self.by, &self.constants);
-        let product = |a: &[T], b: &[T]| a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
-        let (aa, ab, bb) = (T::ONE + product(a, a), product(a, b), T::ONE + product(b, b));
-        let square = *x * *x * bb - T::of(2.0) * *x * *y * ab + *y * *y * aa;
-        square <= deviations * deviations * (aa * bb - ab * ab)
-    }
-}
-
 /// Rows of a field, earth frame, that is read at this attitude and corrected by the errors `x`. `weight`: root of the
 /// share of the declared field's information that counts.
 pub(in crate::estimator) fn told<T: Real>(
@@ -159,20 +148,6 @@ mod tests {
                 let slope = (misfit * 0.5 - removed - told.constants[row]) / 1e-5;
                 assert!((slope - told.by[row][column]).abs() < 1e-3, "{column}: {slope} {}", told.by[row][column]);
             }
-        }
-    }
-
-    #[test]
-    fn what_is_told_is_within_the_deviations_that_the_dense_covariance_gives() {
-        let attitude = *Rotation3::new(V3::new(0.4, -1.1, 2.0)).matrix();
-        let sigma: [f64; GLOBALS] = core::array::from_fn(|c| 0.01 + 0.002 * c as f64);
-        for field in [V3::new(0.5, -0.3, -0.9), V3::new(0.7, 0.2, -0.72), V3::new(0.1, 0.0, -1.0)] {
-            let told = told(&field, &attitude, &DECLARED, (1.0, &[0.1; GLOBALS], &sigma));
-            let by = nalgebra::SMatrix::<f64, 2, OF_MAGNETOMETER>::from_fn(|row, column| told.by[row][column]);
-            let covariance = nalgebra::Matrix2::identity() + by * by.transpose();
-            let misfit = nalgebra::Vector2::from(told.constants);
-            let deviations = misfit.dot(&(covariance.try_inverse().unwrap() * misfit)).sqrt();
-            assert!(told.is_within(deviations * 1.001) && !told.is_within(deviations * 0.999), "{deviations}");
         }
     }
 }

@@ -11,7 +11,7 @@ use super::{
     problem::{Problem, columns_of},
 };
 use crate::estimator::{
-    columns::{ALONG, HARD_IRON, MAG_MATRIX, MAG_SHAPE, MAG_TURN},
+    columns::{ALONG, GLOBALS, HARD_IRON, MAG_MATRIX, MAG_SHAPE, MAG_TURN},
     rows::Told,
 };
 use nalgebra::{Matrix2, Vector2};
@@ -144,5 +144,25 @@ fn the_certainty_of_the_declared_field_does_not_follow_from_the_noise_of_the_rea
         problem.weigh_as(&rules, Misfit { dispersion, is_unexplained: false }, unturned);
         let sigma = f64::from(problem.evidence.account.claims[0].sigma[2]) / problem.sigma[IRON];
         assert!((sigma - 0.1).abs() < 0.01, "{dispersion}: {sigma}");
+    }
+}
+
+#[test]
+fn a_field_beyond_what_hidden_errors_explain_is_wrong() {
+    for seed in 0..6 {
+        let mut x = [0.0; GLOBALS];
+        x.iter_mut().enumerate().for_each(|(c, x)| *x = 0.3 - 0.05 * c as f64);
+        let mut told = told(seed, 0.0, &x);
+        let column = |c: usize| Vector2::new(told.by[0][c], told.by[1][c]);
+        let covariance = HIDDEN.iter().fold(Matrix2::identity(), |sum, c| sum + column(*c) * column(*c).transpose());
+        let misfit = Vector2::from(told.constants) + Vector2::from(of_others(&told, &x));
+        let deviations = misfit.dot(&(covariance.try_inverse().unwrap() * misfit)).sqrt();
+        // As many deviations as are too many, and fewer.
+        for (times, is_explained) in [(5.01, false), (4.99, true)] {
+            let misfit = misfit * (times / deviations) - Vector2::from(of_others(&told, &x));
+            told.constants = [misfit[0], misfit[1]];
+            let unturned = Unturned { axes: ALONG_THE_TOOL, told: Some(told) };
+            assert_eq!(unturned.explains_the_field(&x), is_explained, "{seed}: {times}");
+        }
     }
 }
