@@ -100,7 +100,7 @@ impl<T: Real> Hidden<T> {
     pub fn choose(&mut self, unturned: Unturned<T>, is_known: impl Fn(ColumnId) -> bool) {
         let before = &self.columns;
         let is_hidden = |column: &ColumnId| before.contains(column) || !is_known(*column);
-        self.columns = unturned.columns().filter(is_hidden).collect();
+        self.columns = unturned.columns().filter(is_hidden).take(MOST_HIDDEN).collect();
         self.unturned = unturned;
     }
 
