@@ -32,15 +32,22 @@ impl Entered {
 
     /// Begins with columns that are eliminated already, in this order. They are no evidence of anything.
     pub fn begin_with(&mut self, columns: impl Iterator<Item = ColumnId>) {
-        self.columns = columns.take(MOST).collect();
+        self.columns.clear();
+        for column in columns {
+            // There is room: each column enters once.
+            let _ = self.columns.push(column);
+        }
         self.given = self.columns.len();
     }
 
     /// Evidence that the columns of a posterior are not zero, but for those that it began with, see [`savage_dickey`].
     pub fn evidence<T: Real>(&self, columns: Columns, posterior: &Posterior<T>) -> T {
         let given = self.columns.get(..self.given).unwrap_or_default();
-        let others = columns.iter().enumerate().filter(|(_, column)| !given.contains(column));
-        let places: Vec<usize, MAX_PARAMETERS> = others.map(|(place, _)| place).take(MAX_PARAMETERS).collect();
+        let mut places = Vec::<usize, MAX_PARAMETERS>::new();
+        for (place, _) in columns.iter().enumerate().filter(|(_, column)| !given.contains(column)) {
+            // There is room.
+            let _ = places.push(place);
+        }
         let mut mean = [T::ZERO; MAX_PARAMETERS];
         let mut covariance = [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS];
         for ((mean, row), place) in mean.iter_mut().zip(&mut covariance).zip(&places) {

@@ -98,9 +98,11 @@ impl<T: Real> Hidden<T> {
 
     /// Chooses the columns. One that was claimed when its axis had turned keeps what was learnt then.
     pub fn choose(&mut self, unturned: Unturned<T>, is_known: impl Fn(ColumnId) -> bool) {
-        let before = &self.columns;
-        let is_hidden = |column: &ColumnId| before.contains(column) || !is_known(*column);
-        self.columns = unturned.columns().filter(is_hidden).take(MOST_HIDDEN).collect();
+        let before = core::mem::take(&mut self.columns);
+        for column in unturned.columns().filter(|column| before.contains(column) || !is_known(*column)) {
+            // There is room.
+            let _ = self.columns.push(column);
+        }
         self.unturned = unturned;
     }
 
