@@ -5,12 +5,13 @@
 
 use super::real::{M3, Real, V3, square, zero3};
 
-/// Root mean square turn of an axis, in deviations of the attitude, from which on a constant field along it shows:
-/// three quarters of what tells it from the earth's are then turns, and no noise.
+/// Mean square turn of an axis, in variances of the attitude, from which on a constant field along it shows: at least half
+/// of what tells it from the earth's are then turns, and no noise. Without any turn it stays below 1.1 over simulated
+/// days, because most of the attitude's error lasts for longer than a minute.
 const SHOWN_BY: f32 = 2.0;
-/// Squared turn that a node counts for at most, in squared deviations: some nodes with a wrong attitude, as a fault leaves,
-/// are no turn. Wobble of one size throughout counts in full up to twice what shows.
-const MOST: f32 = 4.0 * SHOWN_BY * SHOWN_BY;
+/// Squared turn that a node counts for at most, in variances of the attitude: some nodes with a wrong attitude, as a fault
+/// leaves, are no turn. Wobble of one size throughout counts in full up to twice what shows.
+const MOST: f32 = 4.0 * SHOWN_BY;
 /// Nodes that a mean direction remembers: about a minute, some periods of the slowest wobble of a string.
 const REMEMBERED: f32 = 128.0;
 
@@ -48,15 +49,18 @@ impl<T: Real> Pointing<T> {
         let share = own / self.weight;
         for ((mean, scatter), axis) in self.mean.iter_mut().zip(&mut self.scatter).zip(attitude.column_iter()) {
             let off = axis - *mean;
-            *mean += off * share;
             let turned = square(&off) * own * (T::ONE - share);
-            *scatter += if turned < T::of(MOST) { turned } else { T::of(MOST) };
+            let most = T::of(MOST);
+            // A node that is far off moves the mean as one that counts in full.
+            let step = if turned > most { (most / turned).root() } else { T::ONE };
+            *mean += off * (share * step);
+            *scatter += if turned < most { turned } else { most };
         }
     }
 
     /// Returns, axis by axis, true if a constant field along it cannot be told from the earth's.
     pub fn hides(&self) -> [bool; 3] {
-        let least = self.nodes * T::of(SHOWN_BY * SHOWN_BY);
+        let least = self.nodes * T::of(SHOWN_BY);
         self.scatter.map(|scatter| scatter <= least)
     }
 }

@@ -8,7 +8,7 @@ use super::{
     parameters::Parameters,
     preintegration::Preintegration,
     real::{M3, Real, V3, norm, square},
-    rows::{self, Block, CONSTANT, FieldReading, PathNoise, WIDTH},
+    rows::{self, Block, CONSTANT, FieldReading, PathNoise, Told, WIDTH},
     settings::{Noise, Settings},
 };
 
@@ -115,37 +115,32 @@ fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declare
     })
 }
 
-/// Information that the declared field gives, as far as it has been read, on a constant field along each axis of the
-/// body, in units of these widths of the prior; `None` if none has been read.
+/// Reads what the declared field, as far as it has been read, tells of the magnetometer's errors `x`, of these widths;
+/// `None` if none of it has been read, or the field that is estimated is not to be relied on.
 pub(super) fn told_by_reference<T: Real>(
     node: &Node<T>,
     (settings, field_unit): (&Settings, T),
-    widths: &[T],
-) -> Option<[f32; 3]> {
-    let declared = declared(settings, field_unit).filter(|_| node.referred > 0)?;
-    let read = T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED));
-    let [of_norm, of_dip] = rows::slopes(&node.field, &declared);
-    let mut information = [0.0; 3];
-    for ((information, axis), width) in information.iter_mut().zip(node.attitude.column_iter()).zip(widths) {
-        let [norm, dip] = [of_norm.dot(&axis), of_dip.dot(&axis)];
-        *information = ((norm * norm + dip * dip) * *width * *width * read).narrow();
-    }
-    Some(information)
+    (x, widths): (&[T; GLOBALS], &[T; GLOBALS]),
+) -> Option<Told<T>> {
+    let declared = declared(settings, field_unit).filter(|_| node.referred > 0 && is_at_declared(node, settings))?;
+    let weight = (T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED))).root();
+    Some(rows::told(&node.field, &node.attitude, &declared, (weight, x, widths)))
+}
+
+/// Returns true if a linear model of the attitude's errors holds, and the dip may be the declared one.
+fn is_at_declared<T: Real>(node: &Node<T>, settings: &Settings) -> bool {
+    let Some(reference) = settings.reference.filter(|_| node.has_field && node.curved == 0) else { return false };
+    let [iron, matrix] = [HARD_IRON, MAG_MATRIX].map(|group| settings.sigma.get(group.from).copied().unwrap_or(0.0));
+    let of_iron = iron * iron + matrix * matrix;
+    let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
+    let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
+    far * far <= T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip))
 }
 
 /// Writes the rows that the earth field of the node is the declared one.
 pub(super) fn refer<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) {
-    let Some(reference) = taken.settings.reference else { return };
     let Some(declared) = declared(taken.settings, taken.field_unit) else { return };
-    if !(node.has_field && node.curved == 0 && node.referred < REFERRED) {
-        return;
-    }
-    let [iron, matrix] =
-        [HARD_IRON, MAG_MATRIX].map(|group| taken.settings.sigma.get(group.from).copied().unwrap_or(0.0));
-    let of_iron = iron * iron + matrix * matrix;
-    let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
-    let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
-    if far * far > T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip)) {
+    if node.referred >= REFERRED || !is_at_declared(node, taken.settings) {
         return;
     }
     node.referred += 1;

@@ -7,10 +7,9 @@ use super::{
     claims::{Claim, Units},
     column_id::ColumnId,
     entered::{Entered, Posterior},
-    matrix::{Matrix, at_most, savage_dickey},
+    matrix::{Matrix, at_most},
     size,
     steadiness::Steadiness,
-    unturned::IronAlone,
 };
 use crate::{compensation::effect::MAX_PARAMETERS, estimator::real::Real};
 use heapless::Vec;
@@ -64,12 +63,10 @@ impl<T: Real> Account<T> {
         let n = at_most(columns.len(), MAX_PARAMETERS);
         let posterior = choice.entered.posterior(matrix, columns);
         let own = choice.dispersion_of(candidate, candidates, steadiness);
-        let alone = choice.unturned.among(&posterior, columns, own);
-        let dispersions = choice.unturned.dispersions(columns, alone, own);
-        let Posterior { mean, covariance } = size::averaged(&posterior, n, &dispersions);
+        let Posterior { mean, covariance } = size::averaged(&posterior, n, T::of(own));
         let mut claim = candidates.claim(candidate, &mean, &covariance, units);
-        let factor = savage_dickey(&posterior.mean, &posterior.covariance, n).narrow();
-        claim.evidence = IronAlone::of_whole(alone, factor, own) - candidates.chances(candidate);
+        let factor = choice.entered.evidence(columns, &posterior).narrow();
+        claim.evidence = factor / own - candidates.chances(candidate);
         let counts = claim.evidence + choice.credit(candidate, candidates);
         if self.weakest.is_none_or(|(_, least)| counts < least) {
             self.weakest = Some((candidate, counts));

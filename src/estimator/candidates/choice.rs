@@ -4,13 +4,11 @@
 use super::{
     Candidates, MAX_CANDIDATES, MAX_CLAIMED,
     candidate_id::{CandidateId, CandidateSet},
-    claims::Claim,
-    column_id::{ColumnId, Columns},
+    column_id::Columns,
     entered::Entered,
     matrix::{Beside, Matrix, at_most},
     rules::Rules,
     steadiness::Steadiness,
-    unturned::{IronAlone, Unturned},
 };
 use crate::estimator::real::Real;
 use heapless::Vec;
@@ -53,6 +51,14 @@ pub(super) struct Chosen {
     pub rivals: CandidateSet,
 }
 
+/// Misfit of the latest innovations.
+pub(in crate::estimator) struct Misfit {
+    /// Their variance over the one that they should have.
+    pub dispersion: f32,
+    /// True if they hold more than noise and the claims.
+    pub is_unexplained: bool,
+}
+
 /// The chosen candidates, and what is known of the others.
 pub(in crate::estimator) struct Choice {
     competitors: Competitors,
@@ -60,7 +66,6 @@ pub(in crate::estimator) struct Choice {
     dispersion: f32,
     /// Evidence that a new claim about a vector sensor needs beyond the least, log units.
     against_unnamed: f32,
-    pub unturned: Unturned,
     /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     pub(super) entered: Entered,
@@ -71,9 +76,7 @@ pub(in crate::estimator) struct Choice {
     dropped: CandidateSet,
     /// Log Bayes factors when the last candidate was chosen.
     pub tried: [f32; MAX_CANDIDATES],
-    /// The likeliest of the candidates that were weighed last, and its log Bayes factor as it ranks: by what the data
-    /// say of it, because other candidates may say the same of a field along an axis that has not turned, and no
-    /// declared field limits them. What counts stands in `tried`.
+    /// The likeliest of the candidates that were weighed last, and its log Bayes factor.
     best: Option<(CandidateId, f32)>,
 }
 
@@ -84,7 +87,6 @@ impl Choice {
             rules: Rules { least: 0.0, with_nuisances: false },
             dispersion: 0.0,
             against_unnamed: 0.0,
-            unturned: Unturned::NONE,
             is_unnamed: false,
             entered: Entered::zero(),
             entering: Columns::NONE,
@@ -95,9 +97,8 @@ impl Choice {
         }
     }
 
-    /// Begins a weighing. `dispersion`: variance of the latest innovations over the one that they should have.
-    /// `is_unexplained`: true if they hold more than noise and the claims.
-    pub(super) fn start(&mut self, rules: &Rules, dispersion: f32, is_unexplained: bool) {
+    /// Begins a weighing.
+    pub(super) fn start(&mut self, rules: &Rules, Misfit { dispersion, is_unexplained }: Misfit) {
         self.rules = *rules;
         self.against_unnamed = if is_unexplained { AGAINST_UNNAMED * rules.least } else { 0.0 };
         self.dispersion = dispersion;
@@ -119,6 +120,11 @@ impl Choice {
         self.chosen.clear();
     }
 
+    /// Least variance of the data over their stated variance by which evidence is divided.
+    pub(super) const fn least_dispersion(&self) -> f32 {
+        if self.dispersion > 1.0 { self.dispersion } else { 1.0 }
+    }
+
     pub(super) fn chosen(&self, index: usize) -> Option<Chosen> {
         self.chosen.get(index).copied()
     }
@@ -134,15 +140,13 @@ impl Choice {
         all
     }
 
-    /// Weighs some candidates, from the given one on, and chooses the likeliest once all are weighed. `claims`: those
-    /// of the weighing before.
+    /// Weighs some candidates, from the given one on, and chooses the likeliest once all are weighed.
     #[inline(never)]
     pub(super) fn weigh<T: Real, const E: usize>(
         &mut self,
         matrix: &Matrix<T>,
         from: usize,
         candidates: &Candidates<T, E>,
-        claims: &[Claim],
         steadiness: &Steadiness,
     ) -> Next {
         // Vector sensors' errors that the library has no name for are always eliminated.
@@ -156,9 +160,6 @@ impl Choice {
                 return self.eliminate(columns);
             }
         }
-        if let Some(column) = self.next_hidden(candidates, claims).filter(|_| from == 0) {
-            return self.eliminate(Columns::one(column));
-        }
         if from == 0 {
             self.best = None;
         }
@@ -167,24 +168,23 @@ impl Choice {
         for candidate in (from..to).map(CandidateId::new) {
             let factor = self.factor(matrix, candidate, candidates, steadiness);
             let Some(tried) = self.tried.get_mut(candidate.number()) else { break };
-            *tried = factor.map_or(0.0, |[counts, _]| counts);
-            let Some([counts, ranks]) = factor else { continue };
-            if counts >= self.rules.least && self.best.is_none_or(|(_, most)| ranks > most) {
-                self.best = Some((candidate, ranks));
+            *tried = factor.unwrap_or(0.0);
+            let Some(factor) = factor else { continue };
+            if factor >= self.rules.least && self.best.is_none_or(|(_, most)| factor > most) {
+                self.best = Some((candidate, factor));
             }
         }
         if to < count { Next::Weigh(to) } else { self.choose(candidates) }
     }
 
-    /// Log Bayes factors of a candidate beside the chosen ones: the one that counts, and the one by which it ranks.
-    /// `None` if it does not compete, or the data say nothing of it.
+    /// Log Bayes factor of a candidate beside the chosen ones. `None` if it does not compete, or the data say nothing of it.
     fn factor<T: Real, const E: usize>(
         &self,
         matrix: &Matrix<T>,
         candidate: CandidateId,
         candidates: &Candidates<T, E>,
         steadiness: &Steadiness,
-    ) -> Option<[f32; 2]> {
+    ) -> Option<f32> {
         let columns = candidates.columns_of(candidate);
         let competes = match self.competitors {
             Competitors::All => true,
@@ -198,9 +198,7 @@ impl Choice {
         let done = self.entered.count();
         let factor = Beside::new(matrix, &fresh, done)?.evidence(candidates.sign(candidate))?;
         let own = self.dispersion_of(candidate, candidates, steadiness);
-        let alone = self.unturned.beside(matrix, &fresh, done, own);
-        let beside_chance = self.credit(candidate, candidates) - candidates.chances(candidate);
-        Some([IronAlone::of_whole(alone, factor, own), factor / own].map(|factor| factor + beside_chance))
+        Some(factor / own + self.credit(candidate, candidates) - candidates.chances(candidate))
     }
 
     /// Chooses the likeliest of the candidates that were weighed, with its rivals.
@@ -266,26 +264,6 @@ impl Choice {
         }
         let own = steadiness.dispersion(candidate);
         if self.dispersion > own { self.dispersion } else { own }
-    }
-
-    /// Next hard-iron column along an axis that has not turned, without a declared field: the column is eliminated
-    /// before any candidate, unless it was claimed before, when the axis had turned.
-    fn next_hidden<T: Real, const E: usize>(
-        &self,
-        candidates: &Candidates<T, E>,
-        claims: &[Claim],
-    ) -> Option<ColumnId> {
-        let is_known = |candidate: CandidateId| {
-            candidates.is_restored(candidate)
-                || claims.iter().any(|known| usize::from(known.effect) == candidate.number())
-        };
-        let is_claimed = |column: ColumnId| {
-            candidates.named().any(|candidate| is_known(candidate) && candidates.columns_of(candidate).has(column))
-        };
-        if self.unturned.is_told() {
-            return None;
-        }
-        self.unturned.hidden().find(|column| !self.entered.has(*column) && !is_claimed(*column))
     }
 
     /// Credit, log units: positive for an effect that was found in an earlier session or is taken out now, negative for

@@ -48,6 +48,11 @@ impl Columns {
         Self { from: group.from as u8, to: (group.from + group.count) as u8 }
     }
 
+    /// Columns of the magnetometer's matrix and of the hard iron: the table's first.
+    pub const fn of_magnetometer() -> Self {
+        Self { from: MAG_MATRIX.from as u8, to: (HARD_IRON.from + HARD_IRON.count) as u8 }
+    }
+
     /// Columns of an error of a vector sensor.
     pub const fn of_error(error: VectorError) -> Self {
         match error {
@@ -68,10 +73,6 @@ impl Columns {
         Self { from, to: from + count as u8 }
     }
 
-    pub const fn one(column: ColumnId) -> Self {
-        Self { from: column.0, to: column.0 + 1 }
-    }
-
     pub const fn len(self) -> usize {
         self.to.saturating_sub(self.from) as usize
     }
@@ -86,11 +87,6 @@ impl Columns {
 
     pub fn has(self, column: ColumnId) -> bool {
         (self.from..self.to).contains(&column.0)
-    }
-
-    /// Place of a column among these; `None` if it is another's.
-    pub fn place_of(self, column: ColumnId) -> Option<usize> {
-        self.has(column).then(|| usize::from(column.0 - self.from))
     }
 
     pub const fn are_within(self, others: Self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::{
     column_id::{ColumnId, Columns},
-    matrix::{MOST, Matrix},
+    matrix::{MOST, Matrix, at, savage_dickey},
 };
 use crate::{compensation::effect::MAX_PARAMETERS, estimator::real::Real};
 use heapless::Vec;
@@ -10,6 +10,8 @@ use heapless::Vec;
 /// Matrix columns in the order in which they were eliminated.
 pub(super) struct Entered {
     columns: Vec<ColumnId, MOST>,
+    /// Number of columns, the first, that were eliminated before any candidate was weighed.
+    given: usize,
 }
 
 /// Mean and covariance of an effect's parameters.
@@ -20,11 +22,41 @@ pub(super) struct Posterior<T> {
 
 impl Entered {
     pub const fn zero() -> Self {
-        Self { columns: Vec::new() }
+        Self { columns: Vec::new(), given: 0 }
     }
 
     pub fn clear(&mut self) {
         self.columns.clear();
+        self.given = 0;
+    }
+
+    /// Begins with columns that are eliminated already, in this order. They are no evidence of anything.
+    pub fn begin_with(&mut self, columns: impl Iterator<Item = ColumnId>) {
+        self.columns.clear();
+        for column in columns {
+            // There is room: each column enters once.
+            let _ = self.columns.push(column);
+        }
+        self.given = self.columns.len();
+    }
+
+    /// Evidence that the columns of a posterior are not zero, but for those that it began with, see [`savage_dickey`].
+    pub fn evidence<T: Real>(&self, columns: Columns, posterior: &Posterior<T>) -> T {
+        let given = self.columns.get(..self.given).unwrap_or_default();
+        let mut places = Vec::<usize, MAX_PARAMETERS>::new();
+        for (place, _) in columns.iter().enumerate().filter(|(_, column)| !given.contains(column)) {
+            // There is room.
+            let _ = places.push(place);
+        }
+        let mut mean = [T::ZERO; MAX_PARAMETERS];
+        let mut covariance = [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS];
+        for ((mean, row), place) in mean.iter_mut().zip(&mut covariance).zip(&places) {
+            *mean = at(&posterior.mean, *place);
+            for (element, other) in row.iter_mut().zip(&places) {
+                *element = posterior.covariance.get(*place).map_or(T::ZERO, |row| at(row, *other));
+            }
+        }
+        savage_dickey(&mean, &covariance, places.len())
     }
 
     /// Returns the number of columns.
@@ -93,4 +125,27 @@ impl Entered {
 
 fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::columns::HARD_IRON;
+
+    #[test]
+    fn columns_that_were_given_are_no_evidence() {
+        let columns = Columns::of_group(&HARD_IRON);
+        let mut posterior =
+            Posterior { mean: [0.0; MAX_PARAMETERS], covariance: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS] };
+        (posterior.mean[0], posterior.mean[1], posterior.mean[2]) = (3.0, -0.5, 2.0);
+        for (i, row) in [[0.1, 0.02, 0.03], [0.02, 0.2, 0.01], [0.03, 0.01, 0.4]].iter().enumerate() {
+            posterior.covariance[i][..3].copy_from_slice(row);
+        }
+        let mut entered = Entered::zero();
+        let whole: f64 = entered.evidence(columns, &posterior);
+        assert!((whole - savage_dickey(&posterior.mean, &posterior.covariance, 3)).abs() < 1e-12);
+        entered.begin_with(columns.iter().take(1).chain(columns.iter().skip(2)));
+        let alone = 0.5 * (0.25 / 0.2 + libm::log(0.2));
+        assert!((entered.evidence(columns, &posterior) - alone).abs() < 1e-12);
+    }
 }

@@ -10,18 +10,20 @@ use super::{
     Candidates,
     account::Account,
     candidate_id::CandidateId,
-    choice::{Choice, Next},
+    choice::{Choice, Misfit, Next},
     claims::Units,
+    column_id::ColumnId,
     entered::Posterior,
     matrix::{Beside, Matrix, at_most, load},
     rules::Rules,
     steadiness::Steadiness,
+    unturned::{Hidden, Unturned},
 };
 use crate::estimator::{
     columns::NUISANCES,
     globals::Globals,
     real::Real,
-    rows::{SCRATCH, WIDTH},
+    rows::{SCRATCH, Told, WIDTH},
 };
 
 /// Columns that are loaded in one piece of work.
@@ -38,6 +40,8 @@ const JOINING_UNITS: u32 = 300;
 enum Stage {
     Idle,
     Loading(usize),
+    /// Replaces what the data seem to say of columns of which only a declared field tells.
+    Hiding,
     /// Weighs the candidates that are not chosen yet, from this one on.
     Choosing(usize),
     /// Eliminates the columns of the chosen candidate.
@@ -54,6 +58,7 @@ enum Stage {
 pub(in crate::estimator) struct Evidence<T> {
     stage: Stage,
     steadiness: Steadiness,
+    hidden: Hidden<T>,
     pub choice: Choice,
     pub account: Account<T>,
     /// Squared length of the residual that effects and nuisances can explain: before any is chosen, and beside the
@@ -66,6 +71,7 @@ impl<T: Real> Evidence<T> {
         Self {
             stage: Stage::Idle,
             steadiness: Steadiness::zero(),
+            hidden: Hidden::zero(),
             choice: Choice::zero(),
             account: Account::zero(),
             residual: [T::ZERO; 2],
@@ -75,14 +81,35 @@ impl<T: Real> Evidence<T> {
     /// Forgets all claims, and how steady they were.
     pub fn clear(&mut self) {
         self.steadiness = Steadiness::zero();
+        self.hidden.clear();
         self.stage = Stage::Idle;
         self.account.clear();
     }
 
+    /// What the declared field told in the weighing before.
+    pub const fn told(&self) -> Option<Told<T>> {
+        self.hidden.told()
+    }
+
     /// Begins a weighing, see [`Choice::start`].
-    pub fn start(&mut self, rules: &Rules, dispersion: f32, is_unexplained: bool) {
+    pub fn start<const E: usize>(
+        &mut self,
+        rules: &Rules,
+        misfit: Misfit,
+        unturned: Unturned<T>,
+        candidates: &Candidates<T, E>,
+    ) {
         self.stage = Stage::Loading(0);
-        self.choice.start(rules, dispersion, is_unexplained);
+        let (claims, is_told) = (&self.account.claims, unturned.told.is_some());
+        let is_known = |candidate: CandidateId| {
+            !is_told && candidates.is_restored(candidate)
+                || claims.iter().any(|known| usize::from(known.effect) == candidate.number())
+        };
+        let is_claimed = |column: ColumnId| {
+            candidates.named().any(|candidate| is_known(candidate) && candidates.columns_of(candidate).has(column))
+        };
+        self.hidden.choose(unturned, is_claimed);
+        self.choice.start(rules, misfit);
     }
 
     /// Work units of the next piece.
@@ -90,7 +117,7 @@ impl<T: Real> Evidence<T> {
         match self.stage {
             Stage::Loading(_) => LOADING_UNITS,
             Stage::Choosing(_) => CHOOSING_UNITS,
-            Stage::Entering => ENTERING_UNITS,
+            Stage::Hiding | Stage::Entering => ENTERING_UNITS,
             Stage::Telling(_) => TELLING_UNITS,
             Stage::Watching(_) => WATCHING_UNITS,
             Stage::Joining(_) => JOINING_UNITS,
@@ -112,16 +139,21 @@ impl<T: Real> Evidence<T> {
         self.stage = match self.stage {
             Stage::Idle => Stage::Idle,
             Stage::Loading(from) => {
+                self.hidden.start();
                 let to = at_most(from + LOADED, size + 1);
                 load(&mut matrix, from..to, globals, candidates);
-                if to > size {
-                    self.residual[0] = matrix.dot(size, size, 0);
-                    Stage::Choosing(0)
+                if to > size { Stage::Hiding } else { Stage::Loading(to) }
+            }
+            Stage::Hiding => {
+                if self.hidden.hide(&mut matrix, &globals.x, choice.least_dispersion()) {
+                    Stage::Hiding
                 } else {
-                    Stage::Loading(to)
+                    self.residual[0] = matrix.dot(size, size, 0);
+                    choice.entered.begin_with(self.hidden.of_matrix());
+                    Stage::Choosing(0)
                 }
             }
-            Stage::Choosing(from) => match choice.weigh(&matrix, from, candidates, &account.claims, &self.steadiness) {
+            Stage::Choosing(from) => match choice.weigh(&matrix, from, candidates, &self.steadiness) {
                 Next::Weigh(to) => Stage::Choosing(to),
                 Next::Eliminate => Stage::Entering,
                 Next::Nothing => {

@@ -46,7 +46,7 @@ impl<'a, T: Real> Matrix<'a, T> {
         .unwrap_or_default()
     }
 
-    fn column_mut(&mut self, column: usize) -> &mut [T] {
+    pub fn column_mut(&mut self, column: usize) -> &mut [T] {
         match column.checked_sub(self.in_first) {
             None => self.first.get_mut(column * self.rows..(column + 1) * self.rows),
             Some(column) => self.second.get_mut(column * self.rows..(column + 1) * self.rows),

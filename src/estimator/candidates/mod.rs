@@ -36,6 +36,7 @@ use super::{
 };
 use crate::compensation::{ActiveEffects, Effect, MAX_ACTIVE, Snapshot};
 pub use candidate_id::{CandidateId, CandidateSet};
+pub(super) use choice::Misfit;
 pub use claims::Claim;
 pub(super) use claims::Units;
 use places::{Place, Places};

@@ -18,9 +18,9 @@ const WIDTHS: usize = 8;
 const LEAST_VARIANCE: f32 = 1e-12;
 
 /// The posterior of `n` parameters in units of their priors' widths, averaged over smaller widths by their evidence.
-/// `dispersions`: variance of the data over their stated variance, of each parameter.
+/// `dispersion`: variance of the data over their stated variance.
 #[inline(never)]
-pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersions: &[T; MAX_PARAMETERS]) -> Posterior<T> {
+pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersion: T) -> Posterior<T> {
     // A limit that the compiler knows: no index has to be checked.
     let n = at_most(n, MAX_PARAMETERS);
     let mut diagonal = posterior.covariance;
@@ -30,7 +30,6 @@ pub(super) fn averaged<T: Real>(posterior: &Posterior<T>, n: usize, dispersions:
     let mut weighted = [T::ZERO; MAX_PARAMETERS];
     for k in 0..n {
         let mean = (0..n).fold(T::ZERO, |sum, i| sum + vectors[i][k] * posterior.mean[i]);
-        let dispersion = (0..n).fold(T::ZERO, |sum, i| sum + vectors[i][k] * vectors[i][k] * dispersions[i]);
         let variance = diagonal[k][k];
         let inverse = T::ONE / if variance > T::of(LEAST_VARIANCE) { variance } else { T::of(LEAST_VARIANCE) };
         information[k] = if inverse > T::ONE { (inverse - T::ONE) / dispersion } else { T::ZERO };
@@ -112,7 +111,7 @@ mod tests {
         // Two parameters of a hundredth of the usual size, and a third that hardly shows.
         let small = posterior([0.01, -0.012, 0.5], [1e-4, 1e-4, 0.7]);
         assert!(small.mean[2] > 0.3, "the data sheet alone allows it: {}", small.mean[2]);
-        let averaged_small = averaged(&small, 3, &[1.0; MAX_PARAMETERS]);
+        let averaged_small = averaged(&small, 3, 1.0);
         assert!(averaged_small.mean[2].abs() < 0.01, "{}", averaged_small.mean[2]);
         assert!(averaged_small.covariance[2][2].sqrt() < 0.05, "{}", averaged_small.covariance[2][2]);
         for k in 0..2 {
@@ -120,7 +119,7 @@ mod tests {
         }
         // At the usual size, all stays as it was.
         let large = posterior([1.0, -1.2, 0.5], [1e-3, 1e-3, 0.7]);
-        let averaged_large = averaged(&large, 3, &[1.0; MAX_PARAMETERS]);
+        let averaged_large = averaged(&large, 3, 1.0);
         assert!((averaged_large.mean[2] / large.mean[2] - 1.0).abs() < 0.2);
     }
 
@@ -135,7 +134,7 @@ mod tests {
                 known.covariance[i][j] = (0..3).map(|k| root[i][k] * root[j][k]).sum();
             }
         }
-        let back = averaged(&known, 3, &[1.0; MAX_PARAMETERS]);
+        let back = averaged(&known, 3, 1.0);
         for i in 0..3 {
             assert!((back.mean[i] - known.mean[i]).abs() < 1e-2, "{i}: {}", back.mean[i]);
             for j in 0..3 {
@@ -145,7 +144,7 @@ mod tests {
         // It is a covariance: it has a factor. Data that have four times their variance tell half as closely.
         let factor = Cholesky::<f64, MAX_PARAMETERS>::new(3, |i, j| back.covariance[i][j]);
         assert!(factor.is_some());
-        let louder = averaged(&known, 3, &[4.0; MAX_PARAMETERS]);
+        let louder = averaged(&known, 3, 4.0);
         assert!((louder.covariance[0][0] / back.covariance[0][0] - 4.0).abs() < 0.05);
     }
     /// Two parameters of which the data show the difference alone, in `f32`: rounding may make a variance negative.
@@ -157,7 +156,7 @@ mod tests {
         let [one, more] = [0.05_f32, 0.050_000_004];
         known.covariance[0][..2].copy_from_slice(&[one, more]);
         known.covariance[1][..2].copy_from_slice(&[more, one]);
-        let back = averaged(&known, 2, &[1.0; MAX_PARAMETERS]);
+        let back = averaged(&known, 2, 1.0);
         for k in 0..2 {
             assert!((0.0..0.55).contains(&back.mean[k]), "{:?}", back.mean);
             assert!(back.covariance[k][k].is_finite() && back.covariance[k][k] >= 0.0);

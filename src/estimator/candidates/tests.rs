@@ -7,6 +7,7 @@ mod filled;
 mod problem;
 mod root;
 mod shocks;
+mod unturned;
 
 use super::{Candidates, EFFECTS, PARAMETERS, STEPS, shocks::Shocks};
 use crate::{

@@ -1,187 +1,187 @@
 //! Errors of the magnetometer that look like another field of the earth while an axis of the body has not turned: hard
-//! iron along the axis; and, of a tool that turns about its own axis alone, a magnetometer that reads more along it and
-//! less across. Only a declared field tells them.
+//! iron along the axis, a turn of the sensor about it and, of a tool that turns about its own axis alone, a magnetometer
+//! that reads more along it and less across. What the readings seem to say of them is the noise of the attitudes at
+//! which rows are made linear, and the estimate is as certain of it as it is wrong.
+//!
+//! Only a declared field tells of them: its norm and dip, two rows, stand in the place of all that the readings say. That
+//! the field differs from it is evidence of iron, beside errors of the magnetometer's matrix of the usual size, which
+//! every sensor has some of.
 
 use super::{
     column_id::{ColumnId, Columns},
-    entered::Posterior,
-    matrix::{Beside, Matrix, savage_dickey},
+    matrix::{Matrix, at},
 };
 use crate::{
-    compensation::effect::MAX_PARAMETERS,
+    algebra::cholesky::Cholesky,
     estimator::{
-        columns::{ALONG, HARD_IRON, MAG_SHAPE},
+        columns::{ALONG, GLOBALS, HARD_IRON, MAG_MATRIX, MAG_SHAPE, MAG_TURN},
         real::Real,
+        rows::Told,
     },
 };
 use heapless::Vec;
 
-/// Dispersion from which on the data say nothing of a claim. A larger one may be infinite, and that, times a component
-/// of zero, is no number.
-const NOTHING: f32 = 1e8;
-
-/// Columns of the hard iron, and of the magnetometer's shape.
 const IRON: Columns = Columns::of_group(&HARD_IRON);
-const SHAPE: Columns = Columns::of_group(&MAG_SHAPE);
+const OF_MAGNETOMETER: Columns = Columns::of_magnetometer();
+/// Most columns that are hidden: iron and turn of three axes, and the shape along the tool.
+const MOST_HIDDEN: usize = 7;
+/// Least mean square of a hidden error, in squared widths of its prior: rounding may leave none.
+const LEAST_SQUARE: f32 = 1e-6;
+/// Deviations beyond which the field that is read cannot be the declared one.
+const FAR: f32 = 5.0;
+/// Columns that are eliminated in one piece of work.
+const ELIMINATED: usize = 3;
 
-/// Axes that have not turned, and what a declared field tells of a constant field along them.
-pub(in crate::estimator) struct Unturned {
-    axes: [bool; 3],
-    /// Information of the declared field, in units of the prior's widths; `None` without one.
-    told: Option<[f32; 3]>,
+/// Axes that have not turned, and what a declared field tells.
+pub(in crate::estimator) struct Unturned<T> {
+    pub axes: [bool; 3],
+    /// `None` without a declared field.
+    pub told: Option<Told<T>>,
 }
 
-/// Evidence of iron along the axes that have not turned, alone, and its dispersion.
-#[derive(Clone, Copy)]
-pub(super) struct IronAlone {
-    pub evidence: f32,
-    pub dispersion: f32,
-}
-
-impl IronAlone {
-    /// Evidence of a candidate with this iron among its parameters. `whole`: its evidence as stated; the rest of it
-    /// counts at its own dispersion.
-    pub fn of_whole(alone: Option<Self>, whole: f32, own: f32) -> f32 {
-        alone.map_or(whole / own, |alone| alone.evidence / alone.dispersion + (whole - alone.evidence) / own)
-    }
-}
-
-impl Unturned {
+impl<T: Real> Unturned<T> {
     /// No axis.
     pub const NONE: Self = Self { axes: [false; 3], told: None };
 
-    pub const fn new(axes: [bool; 3], told: Option<[f32; 3]>) -> Self {
-        Self { axes, told }
+    /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field that
+    /// is read within [`FAR`] deviations of the declared one; the others are as estimated.
+    pub fn explains_the_field(&self, x: &[T; GLOBALS]) -> bool {
+        let Some(told) = &self.told else { return false };
+        let [mut aa, mut ab, mut bb] = [T::ONE, T::ZERO, T::ONE];
+        for column in self.columns() {
+            let [a, b] = told.by.each_ref().map(|by| at(by, column.index()));
+            (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+        }
+        let hidden = |column: ColumnId| self.columns().any(|hidden| hidden == column);
+        let mut misfit = told.constants;
+        for (misfit, by) in misfit.iter_mut().zip(&told.by) {
+            for column in OF_MAGNETOMETER.iter().filter(|column| !hidden(*column)) {
+                *misfit += at(by, column.index()) * at(x, column.index());
+            }
+        }
+        let [a, b] = misfit;
+        let square = a * a * bb - T::of(2.0) * a * b * ab + b * b * aa;
+        square <= T::of(FAR * FAR) * (aa * bb - ab * ab)
     }
 
-    pub const fn is_told(&self) -> bool {
-        self.told.is_some()
-    }
-
-    /// Hard-iron columns along the axes.
+    /// Columns of which only a declared field tells; the hard iron last.
     fn columns(&self) -> impl Iterator<Item = ColumnId> {
-        IRON.iter().zip(self.axes).filter(|(_, is_unturned)| *is_unturned).map(|(column, _)| column)
-    }
-
-    /// Columns of which nothing tells without a declared field: hard iron along the axes and, if the tool's own has not
-    /// turned, the magnetometer's shape along it.
-    pub fn hidden(&self) -> impl Iterator<Item = ColumnId> {
-        let [.., along_the_tool] = self.axes;
-        self.columns().chain(SHAPE.iter().skip(ALONG).take(usize::from(along_the_tool)))
-    }
-
-    /// Dispersion of a column's posterior variance, in units of the prior's: its information over what the declared
-    /// field tells. What is beyond that is noise of the attitudes at which rows are made linear. At least `own`, and at
-    /// least 1, because the declared field's deviations do not follow from the data's.
-    fn dispersion(&self, column: ColumnId, variance: f32, own: f32) -> f32 {
-        let told = IRON.place_of(column).and_then(|axis| self.told?.get(axis).copied());
-        let least = if own > 1.0 { own } else { 1.0 };
-        let ratio = told.map_or(least, |told| (1.0 / variance - 1.0) / told);
-        if ratio < least {
-            least
-        } else if ratio < NOTHING {
-            ratio
-        } else {
-            // A NaN is not below it either.
-            NOTHING
-        }
-    }
-
-    /// The columns of `fresh` that only a declared field tells of, alone beside the `done` ones; `None` without any.
-    pub(super) fn beside<T: Real>(
-        &self,
-        matrix: &Matrix<T>,
-        fresh: &[ColumnId],
-        done: usize,
-        own: f32,
-    ) -> Option<IronAlone> {
-        self.told?;
-        let columns: Vec<ColumnId, 3> = self.columns().filter(|column| fresh.contains(column)).collect();
-        if columns.is_empty() {
-            return None;
-        }
-        let beside = Beside::new(matrix, &columns, done)?;
-        let dispersions = columns.iter().enumerate();
-        let dispersion = dispersions.fold(own, |most, (k, column)| self.dispersion(*column, beside.variance(k), most));
-        Some(IronAlone { evidence: beside.evidence(None)?, dispersion })
-    }
-
-    /// The same of the posterior of a claim of these columns.
-    pub(super) fn among<T: Real>(&self, posterior: &Posterior<T>, columns: Columns, own: f32) -> Option<IronAlone> {
-        self.told?;
-        let mut part =
-            Posterior { mean: [T::ZERO; MAX_PARAMETERS], covariance: [[T::ZERO; MAX_PARAMETERS]; MAX_PARAMETERS] };
-        let places: Vec<(ColumnId, usize), 3> =
-            self.columns().filter_map(|column| Some((column, columns.place_of(column)?))).collect();
-        let mut dispersion = own;
-        for (k, (column, place)) in places.iter().enumerate() {
-            let (row, mean) = (posterior.covariance.get(*place)?, posterior.mean.get(*place)?);
-            *part.mean.get_mut(k)? = *mean;
-            for (slot, (_, other)) in part.covariance.get_mut(k)?.iter_mut().zip(&places) {
-                *slot = *row.get(*other)?;
-            }
-            dispersion = self.dispersion(*column, row.get(*place)?.narrow(), dispersion);
-        }
-        let n = places.len();
-        (n > 0).then(|| IronAlone { evidence: savage_dickey(&part.mean, &part.covariance, n).narrow(), dispersion })
-    }
-
-    /// Dispersions of a claim's parameters: that of the iron alone along the axes, its own of the others.
-    pub(super) fn dispersions<T: Real>(
-        &self,
-        columns: Columns,
-        alone: Option<IronAlone>,
-        own: f32,
-    ) -> [T; MAX_PARAMETERS] {
-        let mut dispersions = [T::of(own); MAX_PARAMETERS];
-        if let Some(alone) = alone {
-            for place in self.columns().filter_map(|column| columns.place_of(column)) {
-                if let Some(slot) = dispersions.get_mut(place) {
-                    *slot = T::of(alone.dispersion);
-                }
-            }
-        }
-        dispersions
+        // The turns stand in the order xy xz yz: about z, y, x.
+        let [x, y, z] = self.axes;
+        let of = |group, axes: [bool; 3]| {
+            Columns::of_group(group).iter().zip(axes).filter(|(_, axis)| *axis).map(|(column, _)| column)
+        };
+        let shape = Columns::of_group(&MAG_SHAPE).iter().skip(ALONG).take(usize::from(z));
+        shape.chain(of(&MAG_TURN, [z, y, x])).chain(of(&HARD_IRON, [x, y, z]))
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::estimator::candidates::size::averaged;
+/// The columns that are hidden in a weighing.
+pub(super) struct Hidden<T> {
+    unturned: Unturned<T>,
+    columns: Vec<ColumnId, MOST_HIDDEN>,
+    eliminated: usize,
+}
 
-    /// An iron of one prior width on each axis, which the data state to a hundredth, along axes of which the last has
-    /// not turned.
-    fn sized(told: f32) -> ([f32; 3], [f32; 3]) {
-        let mut posterior =
-            Posterior { mean: [0.0; MAX_PARAMETERS], covariance: [[0.0; MAX_PARAMETERS]; MAX_PARAMETERS] };
-        for k in 0..3 {
-            posterior.mean[k] = 1.0;
-            posterior.covariance[k][k] = 1e-4;
+impl<T: Real> Hidden<T> {
+    pub const fn zero() -> Self {
+        Self { unturned: Unturned::NONE, columns: Vec::new(), eliminated: 0 }
+    }
+
+    pub fn clear(&mut self) {
+        *self = Self::zero();
+    }
+
+    pub const fn told(&self) -> Option<Told<T>> {
+        self.unturned.told
+    }
+
+    /// Chooses the columns. One that was claimed when its axis had turned keeps what was learnt then.
+    pub fn choose(&mut self, unturned: Unturned<T>, is_known: impl Fn(ColumnId) -> bool) {
+        let before = core::mem::take(&mut self.columns);
+        for column in unturned.columns().filter(|column| before.contains(column) || !is_known(*column)) {
+            // There is room.
+            let _ = self.columns.push(column);
         }
-        let unturned = Unturned::new([false, false, true], Some([told; 3]));
-        let columns = IRON;
-        let alone = unturned.among(&posterior, columns, 1.0);
-        assert!(alone.is_some_and(|alone| alone.evidence.is_finite() && alone.evidence / alone.dispersion >= 0.0));
-        let of = averaged::<f32>(&posterior, 3, &unturned.dispersions(columns, alone, 1.0));
-        let three = |of: &dyn Fn(usize) -> f32| [of(0), of(1), of(2)];
-        (three(&|k| of.mean[k]), three(&|k| libm::sqrtf(of.covariance[k][k])))
+        self.unturned = unturned;
     }
 
-    #[test]
-    fn iron_along_an_axis_that_has_not_turned_is_as_certain_as_the_declared_field_and_the_rest_as_the_data() {
-        // Ten deviations: the other axes show that iron may be that large, so the prior hardly draws it.
-        let (mean, sigma) = sized(100.0);
-        assert!((sigma[2] - 0.1).abs() < 0.01 && (mean[2] - 1.0).abs() < 0.03, "{mean:?} {sigma:?}");
-        assert!(sigma[..2].iter().all(|sigma| (sigma - 0.01).abs() < 0.001), "{sigma:?}");
+    /// Those of the magnetometer's matrix, which own the first rows from then on.
+    pub fn of_matrix(&self) -> impl Iterator<Item = ColumnId> {
+        self.columns.iter().copied().take_while(|column| !IRON.has(*column))
     }
 
-    #[test]
-    fn where_the_declared_field_tells_nothing_the_prior_stays() {
-        for told in [0.0, 1e-30, f32::NAN] {
-            let (mean, sigma) = sized(told);
-            assert!(mean.iter().chain(&sigma).all(|x| x.is_finite()), "{told}: {mean:?} {sigma:?}");
-            assert!(mean[2].abs() < 0.01 && sigma[2] > 0.5, "{told}: {mean:?} {sigma:?}");
+    /// Begins a weighing, or begins it anew.
+    pub fn start(&mut self) {
+        self.eliminated = 0;
+    }
+
+    /// Eliminates some of the columns from the matrix; once all are, their rows hold what the declared field tells in
+    /// place of what the readings seem to say, and the columns are as any others. `noise`: variance of the data over
+    /// their stated variance, by which evidence is divided; that of the declared field does not follow from it. Returns
+    /// true if something is left to do.
+    pub fn hide(&mut self, matrix: &mut Matrix<T>, x: &[T; GLOBALS], noise: f32) -> bool {
+        if self.eliminated == self.columns.len() {
+            self.tell(matrix, x, T::of(noise));
+            return false;
+        }
+        for _ in 0..ELIMINATED {
+            let Some(column) = self.columns.get(self.eliminated) else { break };
+            let before = self.columns.get(..self.eliminated).unwrap_or_default();
+            let is_done = |other: usize| before.iter().any(|column| column.index() == other);
+            matrix.eliminate(column.index(), self.eliminated, is_done);
+            self.eliminated += 1;
+        }
+        true
+    }
+
+    /// Mean square of the magnetometer's matrix, in squared widths of its prior, as far as the readings show its columns;
+    /// at most 1. The columns that they show say how large those are that they do not show.
+    fn usual(&self, matrix: &Matrix<T>, x: &[T; GLOBALS]) -> T {
+        let (mut sum, mut count) = (T::ZERO, T::ZERO);
+        for column in Columns::of_group(&MAG_MATRIX).iter().filter(|column| !self.columns.contains(column)) {
+            let index = column.index();
+            let square = at(x, index) * at(x, index) + T::ONE / matrix.dot(index, index, self.columns.len());
+            sum += if square < T::ONE { square } else { T::ONE };
+            count += T::ONE;
+        }
+        let mean = if count > T::ZERO { sum / count } else { T::ONE };
+        if mean > T::of(LEAST_SQUARE) { mean } else { T::of(LEAST_SQUARE) }
+    }
+
+    /// Replaces the rows of the columns, which are the first.
+    #[inline(never)]
+    fn tell(&self, matrix: &mut Matrix<T>, x: &[T; GLOBALS], noise: T) {
+        let by = |row: usize, column: ColumnId| {
+            self.unturned.told.as_ref().and_then(|told| told.by.get(row)).map_or(T::ZERO, |by| at(by, column.index()))
+        };
+        // At hidden columns of zero; the others are as they are estimated.
+        let others = || OF_MAGNETOMETER.iter().filter(|column| !self.columns.contains(column));
+        let constant = |row: usize| {
+            let at_zero = self.unturned.told.as_ref().map_or(T::ZERO, |told| at(&told.constants, row));
+            others().fold(at_zero, |sum, column| sum + by(row, column) * at(x, column.index()))
+        };
+        let product = |a: &dyn Fn(usize) -> T, b: &dyn Fn(usize) -> T| (a(0) * b(0) + a(1) * b(1)) * noise;
+        let of = |k: usize| move |row: usize| self.columns.get(k).map_or(T::ZERO, |column| by(row, *column));
+        let count = self.columns.len();
+        let usual = self.usual(matrix, x);
+        let variance =
+            |i: usize| if self.columns.get(i).is_some_and(|column| IRON.has(*column)) { T::ONE } else { usual };
+        let prior = |i: usize, j: usize| if i == j { T::ONE / variance(i) } else { T::ZERO };
+        let element = |i: usize, j: usize| prior(i, j) + product(&of(i), &of(j));
+        let factor = Cholesky::<T, MOST_HIDDEN>::new_or_least(count, element, T::ONE);
+        let mut constants: [T; MOST_HIDDEN] = core::array::from_fn(|k| product(&of(k), &constant));
+        factor.solve_lower(&mut constants);
+        let size = matrix.rows;
+        for column in 0..=size {
+            let hidden = self.columns.iter().position(|hidden| hidden.index() == column);
+            for (row, x) in matrix.column_mut(column).iter_mut().enumerate().take(count) {
+                *x = match hidden {
+                    Some(k) if row <= k => factor.at(k, row),
+                    None if column == size => at(&constants, row),
+                    _ => T::ZERO,
+                };
+            }
         }
     }
 }

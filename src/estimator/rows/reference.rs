@@ -2,9 +2,13 @@
 
 use super::{Block, OLD};
 use crate::estimator::{
-    columns::FIELD,
-    real::{Real, V3, norm},
+    columns::{FIELD, GLOBALS, HARD_IRON, MAG_MATRIX},
+    parameters::mag_columns,
+    real::{M3, Real, V3, norm},
 };
+
+/// Columns of the magnetometer's matrix and hard iron: the table's first.
+const OF_MAGNETOMETER: usize = MAG_MATRIX.count + HARD_IRON.count;
 
 /// The earth's field as a survey's reference has it, in units of the estimator's field.
 #[derive(Clone, Copy)]
@@ -15,8 +19,53 @@ pub(in crate::estimator) struct Declared<T> {
     pub dip_sine: [T; 2],
 }
 
+/// What the declared norm and dip tell of the magnetometer's errors, were the field the one that it reads: rows over the
+/// table's first columns, in units of the prior's widths, and their constants at errors of zero.
+#[derive(Clone, Copy)]
+pub(in crate::estimator) struct Told<T> {
+    pub by: [[T; OF_MAGNETOMETER]; 2],
+    pub constants: [T; 2],
+}
+
+/// Rows of a field, earth frame, that is read at this attitude and corrected by the errors `x`. `weight`: root of the
+/// share of the declared field's information that counts.
+pub(in crate::estimator) fn told<T: Real>(
+    field: &V3<T>,
+    attitude: &M3<T>,
+    declared: &Declared<T>,
+    (weight, x, sigma): (T, &[T; GLOBALS], &[T; GLOBALS]),
+) -> Told<T> {
+    let body = attitude.transpose() * field;
+    let row = |slope: V3<T>| {
+        let slope = attitude.transpose() * slope * weight;
+        let element = |k: usize| at(&slope, k / 3) * at(&body, k % 3);
+        let matrix = mag_columns(&core::array::from_fn(element));
+        let mut row = [T::ZERO; OF_MAGNETOMETER];
+        for ((slot, by), sigma) in row.iter_mut().zip(matrix.iter().chain(slope.iter())).zip(sigma) {
+            *slot = *by * *sigma;
+        }
+        row
+    };
+    let by = slopes(field, declared).map(row);
+    let mut constants = misfits(field, declared).map(|misfit| misfit * weight);
+    for (constant, by) in constants.iter_mut().zip(&by) {
+        *constant = by.iter().zip(x).fold(*constant, |sum, (by, x)| sum - *by * *x);
+    }
+    Told { by, constants }
+}
+
+fn at<T: Real>(vector: &V3<T>, axis: usize) -> T {
+    vector.get(axis).copied().unwrap_or(T::ZERO)
+}
+
+/// Norm and dip less the declared ones, over their deviations.
+fn misfits<T: Real>(field: &V3<T>, declared: &Declared<T>) -> [T; 2] {
+    [(norm(field), declared.norm), (dip_sine(field), declared.dip_sine)]
+        .map(|(value, [expected, deviation])| (value - expected) / deviation)
+}
+
 /// Slopes by the field, earth frame, of norm and dip over their deviations.
-pub(in crate::estimator) fn slopes<T: Real>(field: &V3<T>, declared: &Declared<T>) -> [V3<T>; 2] {
+fn slopes<T: Real>(field: &V3<T>, declared: &Declared<T>) -> [V3<T>; 2] {
     let length = norm(field);
     let along = field / length;
     let down = (along * along.z - V3::z()) / length;
@@ -25,12 +74,10 @@ pub(in crate::estimator) fn slopes<T: Real>(field: &V3<T>, declared: &Declared<T
 
 /// Writes the rows that the node's field has the declared norm and the declared dip.
 pub(in crate::estimator) fn reference<T: Real>(mut block: Block<T>, field: &V3<T>, declared: &Declared<T>) {
-    let length = norm(field);
     let [of_norm, of_dip] = slopes(field, declared);
     let zero = V3::new(T::ZERO, T::ZERO, T::ZERO);
     block.states(OLD + FIELD, &nalgebra::Matrix3::from_rows(&[of_norm, of_dip, zero].map(|row| row.transpose())));
-    let norm = (length - declared.norm[0]) / declared.norm[1];
-    let dip = (dip_sine(field) - declared.dip_sine[0]) / declared.dip_sine[1];
+    let [norm, dip] = misfits(field, declared);
     block.constant(&V3::new(norm, dip, T::ZERO));
 }
 
@@ -43,9 +90,12 @@ pub(in crate::estimator) fn dip_sine<T: Real>(field: &V3<T>) -> T {
 mod tests {
     use super::*;
     use crate::estimator::{
-        columns::{GLOBALS, NODE},
+        columns::NODE,
+        parameters::Parameters,
+        real::{identity, zero3},
         rows::{CONSTANT, WIDTH},
     };
+    use nalgebra::Rotation3;
 
     const DECLARED: Declared<f64> = Declared { norm: [1.02, 0.01], dip_sine: [0.7, 0.005] };
 
@@ -78,6 +128,25 @@ mod tests {
                 // Only the columns of the node's field are not zero.
                 let others = before.iter().enumerate().take(CONSTANT);
                 assert!(others.filter(|(c, _)| !(FIELD..NODE).contains(c)).all(|(_, x)| *x == 0.0));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_told_of_a_column_is_the_misfit_of_a_field_that_is_read_with_it() {
+        let (field, attitude) = (V3::new(0.5, -0.3, -0.9), *Rotation3::new(V3::new(0.4, -1.1, 2.0)).matrix());
+        let sigma: [f64; GLOBALS] = core::array::from_fn(|c| 0.01 + 0.002 * c as f64);
+        let corrected: [f64; GLOBALS] = core::array::from_fn(|c| 0.3 - 0.1 * c as f64);
+        let told = told(&field, &attitude, &DECLARED, (0.5, &corrected, &sigma));
+        for column in 0..OF_MAGNETOMETER {
+            let mut x = [0.0; GLOBALS];
+            x[column] = 1e-5 * sigma[column];
+            let with = Parameters::new(&x, &zero3(), &identity::<f64>());
+            let read = attitude * (with.mag_matrix * (attitude.transpose() * field) + with.hard_iron);
+            for (row, misfit) in misfits(&read, &DECLARED).iter().enumerate() {
+                let removed: f64 = told.by[row].iter().zip(&corrected).map(|(by, x)| by * x).sum();
+                let slope = (misfit * 0.5 - removed - told.constants[row]) / 1e-5;
+                assert!((slope - told.by[row][column]).abs() < 1e-3, "{column}: {slope} {}", told.by[row][column]);
             }
         }
     }

@@ -5,10 +5,10 @@
 extern crate std;
 
 use super::{
-    super::{CandidateSet, Rules, Units, column_id::ColumnId, evidence::Evidence},
+    super::{CandidateSet, Rules, Units, Unturned, column_id::ColumnId, evidence::Evidence},
     BENDS, COLUMNS, Candidates, E, GLOBALS, Globals, LAGS, MADE, OF_BEND, OF_IRON, OF_LAG, OF_SHEAR, OF_STEP, OF_TWIST,
     Row, SCRATCH, SHEARS, STEPS_FROM, TWISTS, WIDTH, deviate,
-    problem::{Problem, columns_of},
+    problem::{Problem, SOUND, columns_of},
     shake,
 };
 use crate::estimator::columns::{HARD_IRON, NUISANCES};
@@ -243,7 +243,7 @@ fn in_f32_the_same_comes_out() {
         let mut evidence = Box::new(Evidence::<f32>::zero());
         let (mut rows, mut further) = (Box::new([[0.0; WIDTH]; SCRATCH]), Box::new([[0.0; E]; SCRATCH]));
         let units = Units { sigma: &problem.sigma.map(narrowed), field_ut: 50.0 };
-        evidence.start(&rules, 1.0, false);
+        evidence.start(&rules, SOUND, Unturned::NONE, &candidates);
         while evidence.step((&mut rows, &mut further), &globals, &candidates, &units) {}
         problem.weigh_again(&rules);
         assert_eq!(evidence.account.claims.len(), problem.evidence.account.claims.len());

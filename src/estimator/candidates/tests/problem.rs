@@ -3,7 +3,7 @@
 extern crate std;
 
 use super::{
-    super::{Rules, Units, evidence::Evidence},
+    super::{Misfit, Rules, Units, Unturned, evidence::Evidence},
     BENDS, E, GLOBALS, Known, LAGS, OF_BEND, OF_IRON, OF_LAG, OF_SHEAR, OF_STEP, Row, SHEARS, STEPS_FROM, TWISTS,
     deviate,
 };
@@ -20,6 +20,9 @@ use std::{boxed::Box, vec::Vec};
 /// Readings of a problem.
 const ROWS: usize = 96;
 const BOTH: usize = GLOBALS + E;
+
+/// Innovations are as they should be.
+pub(super) const SOUND: Misfit = Misfit { dispersion: 1.0, is_unexplained: false };
 
 /// Rows of a linear model, and what the filter makes of them.
 pub(super) struct Problem {
@@ -55,10 +58,18 @@ impl Problem {
     }
 
     pub(super) fn weigh_again(&mut self, rules: &Rules) {
+        self.weigh_unturned(rules, Unturned::NONE);
+    }
+
+    pub(super) fn weigh_unturned(&mut self, rules: &Rules, unturned: Unturned<f64>) {
+        self.weigh_as(rules, SOUND, unturned);
+    }
+
+    pub(super) fn weigh_as(&mut self, rules: &Rules, misfit: Misfit, unturned: Unturned<f64>) {
         let known = &mut *self.known;
         let Known { globals, candidates, rows, further } = known;
         let units = Units { sigma: &self.sigma, field_ut: 50.0 };
-        self.evidence.start(rules, 1.0, false);
+        self.evidence.start(rules, misfit, unturned, candidates);
         while self.evidence.step((rows, further), globals, candidates, &units) {}
         let mut x = [0.0; E];
         for (column, mean) in self.evidence.account.taken.iter().zip(&self.evidence.account.mean) {
@@ -83,6 +94,14 @@ impl Problem {
         let y = SVector::<f64, ROWS>::from_fn(|i, _| -self.rows[i].constant);
         let covariance = (SMatrix::identity() + design.transpose() * design).try_inverse().unwrap();
         (covariance * design.transpose() * y, covariance)
+    }
+
+    /// Variance of a column with the gyro and these columns, all others zero.
+    pub(super) fn variance_beside_gyro(&self, column: usize, others: &[usize]) -> f64 {
+        let is_in = |c: usize| is_of_gyro(c) || c == column || others.contains(&c);
+        let design =
+            SMatrix::<f64, ROWS, BOTH>::from_fn(|i, c| if is_in(c) { self.rows[i].coefficient(c) } else { 0.0 });
+        (SMatrix::<f64, BOTH, BOTH>::identity() + design.transpose() * design).try_inverse().unwrap()[(column, column)]
     }
 
     fn design(&self, unknown: &[Range<usize>]) -> SMatrix<f64, ROWS, BOTH> {
