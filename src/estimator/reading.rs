@@ -97,8 +97,6 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
 /// Nodes over which the declared field is read, 20 s of motion: each takes so small a part of its information that by
 /// the last the field's own errors are known, and a linear model holds.
 const REFERRED: u8 = 40;
-/// Deviations of the dip, by its declared error and the prior's iron, beyond which it is another place's.
-const ANOTHER_PLACE: f32 = 5.0;
 
 /// Declared field with its deviations, in units of the estimator's field; `None` without one, or before the unit is
 /// known.
@@ -134,7 +132,7 @@ fn is_at_declared<T: Real>(node: &Node<T>, settings: &Settings) -> bool {
     let of_iron = iron * iron + matrix * matrix;
     let of_dip = reference.dip_sine_sigma * reference.dip_sine_sigma;
     let far = rows::dip_sine(&node.field) - T::of(reference.dip_sine);
-    far * far <= T::of(ANOTHER_PLACE * ANOTHER_PLACE * (of_iron + of_dip))
+    far * far <= T::of(rows::ANOTHER_FIELD * rows::ANOTHER_FIELD * (of_iron + of_dip))
 }
 
 /// Writes the rows that the earth field of the node is the declared one.

@@ -16,7 +16,7 @@ use crate::{
     estimator::{
         columns::{ALONG, GLOBALS, HARD_IRON, MAG_MATRIX, MAG_SHAPE, MAG_TURN},
         real::Real,
-        rows::Told,
+        rows::{ANOTHER_FIELD, Told},
     },
 };
 use heapless::Vec;
@@ -27,8 +27,6 @@ const OF_MAGNETOMETER: Columns = Columns::of_magnetometer();
 const MOST_HIDDEN: usize = 7;
 /// Least mean square of a hidden error, in squared widths of its prior: rounding may leave none.
 const LEAST_SQUARE: f32 = 1e-6;
-/// Deviations beyond which the field that is read cannot be the declared one.
-const FAR: f32 = 5.0;
 /// Columns that are eliminated in one piece of work.
 const ELIMINATED: usize = 3;
 
@@ -44,7 +42,7 @@ impl<T: Real> Unturned<T> {
     pub const NONE: Self = Self { axes: [false; 3], told: None };
 
     /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field that
-    /// is read within [`FAR`] deviations of the declared one; the others are as estimated.
+    /// is read within [`ANOTHER_FIELD`] deviations of the declared one; the others are as estimated.
     pub fn explains_the_field(&self, x: &[T; GLOBALS]) -> bool {
         let Some(told) = &self.told else { return false };
         let [mut aa, mut ab, mut bb] = [T::ONE, T::ZERO, T::ONE];
@@ -61,7 +59,7 @@ impl<T: Real> Unturned<T> {
         }
         let [a, b] = misfit;
         let square = a * a * bb - T::of(2.0) * a * b * ab + b * b * aa;
-        square <= T::of(FAR * FAR) * (aa * bb - ab * ab)
+        square <= T::of(ANOTHER_FIELD * ANOTHER_FIELD) * (aa * bb - ab * ab)
     }
 
     /// Columns of which only a declared field tells; the hard iron last.

@@ -10,6 +10,10 @@ use crate::estimator::{
 /// Columns of the magnetometer's matrix and hard iron: the table's first.
 const OF_MAGNETOMETER: usize = MAG_MATRIX.count + HARD_IRON.count;
 
+/// Deviations beyond which the field that is read, with its own errors and the declared one's, is not the declared one: by
+/// chance once in a million readings.
+pub(in crate::estimator) const ANOTHER_FIELD: f32 = 5.0;
+
 /// The earth's field as a survey's reference has it, in units of the estimator's field.
 #[derive(Clone, Copy)]
 pub(in crate::estimator) struct Declared<T> {
