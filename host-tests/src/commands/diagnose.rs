@@ -16,6 +16,7 @@ use crate::{
     flight::{configuration::frozen_from_us, started, surveys, watched},
     report::{
         account::print_account,
+        attitude_at_end,
         html::{Told, diagnosis::page, write_page},
         json::result_json,
         plain_words,
@@ -115,6 +116,8 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     }
     let mut out = told();
     writeln!(out, "{HEAD}{}{HEAD:#}", plain_words::diagnosis(&diagnosed).sentence)?;
+    let [angles, totals] = attitude_at_end::lines(&config, &flight, &diagnosed.totals);
+    writeln!(out, "attitude  {angles}\n          {totals}")?;
     if let Some(missing) = missing(&trace, &config, &flight, &diagnosed) {
         writeln!(out, "missing   {missing}")?;
     }

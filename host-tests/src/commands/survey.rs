@@ -22,11 +22,14 @@ use crate::{
     number::fixed,
     report::html::{Sources, survey_run::page, write_page},
     surveys::{
+        depth_by_time::DepthByTime,
         files,
+        measured::Measured,
         reference::Reference,
+        run::SurveyedRun,
         settings::{Correction, RunSettings},
-        stations_csv::{DepthByTime, Measured, ReadStation, read},
-        surveyed::{SurveyedRun, surveyed},
+        stations_csv::{ReadStation, read},
+        surveyed::surveyed,
     },
     trace::Trace,
 };

@@ -74,13 +74,12 @@ pub fn against_reference(
     let flight = fly_at_a_desk(&OF_THE_GYRO, &config, freeze_at_us, &gyro_trace.samples)?;
     let of_gyro = diagnosed_with(&OF_THE_GYRO, &gyro_trace, &config, &flight);
     let mut effects = of_gyro.effects;
-    effects.extend(of_vectors.effects);
+    effects.extend(of_vectors.effects.iter().cloned());
     let mut reports = of_gyro.reports;
-    reports.extend(of_vectors.reports);
+    reports.extend(of_vectors.reports.iter().copied());
     let verdict = joint(of_gyro.verdict, of_vectors.verdict);
-    let magnets = of_vectors.magnets;
-    let (residual, residual_over_time) = (of_vectors.residual, of_vectors.residual_over_time);
-    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time }))
+    let Diagnosed { magnets, residual, residual_over_time, totals, .. } = of_vectors;
+    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time, totals }))
 }
 
 /// The more serious of two verdicts.

@@ -2,9 +2,11 @@
 
 mod against_reference;
 mod outcome;
+mod totals;
 mod vector_residual;
 
 pub use against_reference::against_reference;
 pub(crate) use against_reference::{attitudes, vectors_from};
 pub use outcome::{Diagnosed, Found, aliases, diagnosed, rivals};
+pub use totals::Totals;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect};

@@ -7,8 +7,11 @@ use meerkat_mwd::{
     magnet::HardIronInterval,
 };
 
-use super::vector_residual::{
-    BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect, residual_without, vector_residual,
+use super::{
+    totals::Totals,
+    vector_residual::{
+        BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect, residual_without, vector_residual,
+    },
 };
 use crate::{flight::Flight, trace::Trace};
 
@@ -27,6 +30,8 @@ pub struct Diagnosed {
     pub residual: VectorResidual,
     /// The same residuals over time, for plots.
     pub residual_over_time: ResidualOverTime,
+    /// |G|, |B| and dip at the end.
+    pub totals: Totals,
 }
 
 impl Diagnosed {
@@ -99,7 +104,7 @@ pub(super) fn diagnosed_with(
 ) -> Diagnosed {
     let reports: Vec<_> = flight.diagnoses.iter().filter(|report| report.is_conclusive()).collect();
     let end_s = trace.last_us() as f64 / 1e6;
-    let (residual, residual_over_time) = vector_residual(library, trace, config, flight);
+    let (residual, residual_over_time, totals) = vector_residual(library, trace, config, flight);
     let mut effects: Vec<Found> = Vec::new();
     // A bias step is believed for good after a while, and later diagnoses do not report it again: keep the
     // last report of each.
@@ -137,6 +142,7 @@ pub(super) fn diagnosed_with(
         reports: reports.into_iter().map(|report| (*report, library)).collect(),
         residual,
         residual_over_time,
+        totals,
     }
 }
 

@@ -12,6 +12,7 @@ use meerkat_mwd::{
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
+use super::totals::{Gathered, Totals};
 use crate::{flight::Flight, trace::Trace};
 
 /// Time over which a vector is predicted, seconds.
@@ -66,16 +67,19 @@ struct Reading {
     vectors: [Option<Vector3<f64>>; 2],
 }
 
-/// Residuals of a flight whose effects come from `library`.
+/// Residuals of a flight whose effects come from `library`, and what its vector sensors read at the end.
 pub(super) fn vector_residual(
     library: &[&dyn Effect],
     trace: &Trace,
     config: &Config,
     flight: &Flight,
-) -> (VectorResidual, ResidualOverTime) {
+) -> (VectorResidual, ResidualOverTime, Totals) {
     let from_s = flight.frozen_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
-    let angles = |how: &How| read(library, trace, config, flight, how, from_s);
-    let over_time = ResidualOverTime { before: angles(&How::BiasOnly), after: angles(&How::Flown) };
+    let mut at_end = Gathered::until(trace.last_us() as f64 * 1e-6);
+    let before = read(library, trace, config, flight, &How::BiasOnly, from_s, |_| {});
+    let seen = |reading: &Reading| at_end.push(reading.t_s, reading.gaps, &reading.vectors);
+    let after = read(library, trace, config, flight, &How::Flown, from_s, seen);
+    let over_time = ResidualOverTime { before, after };
     let figures = |angles: &[Vec<[f64; 2]>; 2]| angles.each_ref().map(|angles| rms_of_kept(angles));
     let ([gravity_before, field_before], [gravity_after, field_after]) =
         (figures(&over_time.before), figures(&over_time.after));
@@ -88,7 +92,7 @@ pub(super) fn vector_residual(
             after: last.map(|report| f64::from(report.nis[1])),
         },
     };
-    (residual, over_time)
+    (residual, over_time, at_end.totals())
 }
 
 /// Residual of the vector that shows an effect, without it and as flown. A constant that the effect adds to
@@ -105,7 +109,7 @@ pub(super) fn residual_without(
     let effect = effect.filter(|_| found.is_taken_out() && found.step_us == 0)?;
     let from_s = flight.frozen_at_us.unwrap_or_else(|| trace.first_us()) as f64 * 1e-6;
     let vector = usize::from(effect.sensor() != Sensor::Accelerometer);
-    let [gravity, field] = read(library, trace, config, flight, &How::Without(found.found.index), from_s);
+    let [gravity, field] = read(library, trace, config, flight, &How::Without(found.found.index), from_s, |_| {});
     let angles = if vector == 0 { gravity } else { field };
     let after = flown.after.get(vector).and_then(|angles| rms_of_kept(angles));
     Some(WithoutEffect { vector, rms: BeforeAfter { before: rms_of_kept(&angles), after }, angles })
@@ -141,7 +145,8 @@ fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
     parts
 }
 
-/// Residual angles of gravity and field of a trace compensated in one way, from `from_s` on.
+/// Residual angles of gravity and field of a trace compensated in one way, from `from_s` on. `seen` gets every
+/// reading.
 fn read(
     library: &[&dyn Effect],
     trace: &Trace,
@@ -149,6 +154,7 @@ fn read(
     flight: &Flight,
     how: &How,
     from_s: f64,
+    mut seen: impl FnMut(&Reading),
 ) -> [Vec<[f64; 2]>; 2] {
     let corrected = !matches!(how, How::BiasOnly);
     let mean = if let How::Without(index) = how {
@@ -207,7 +213,9 @@ fn read(
         let [force, field] = [moment.force_m_s2, moment.field_ut];
         let turned = |v: Vector3<f32>, missing| (!sample.flags.contains(missing)).then(|| rotation * v.cast::<f64>());
         let vectors = [turned(force, flags[0]), turned(field, flags[1])];
-        segments.push(Reading { t_s, rate: rate.norm(), gaps, vectors });
+        let reading = Reading { t_s, rate: rate.norm(), gaps, vectors };
+        seen(&reading);
+        segments.push(reading);
     }
     segments.angles
 }

@@ -1,6 +1,7 @@
 //! What a user gets of a flight: summary, account of the diagnosis, JSON, CSV and pages.
 
 pub mod account;
+pub mod attitude_at_end;
 pub mod attitude_csv;
 pub mod effect_words;
 pub mod explanation;
@@ -15,5 +16,6 @@ pub mod refusal_text;
 pub mod remainder_text;
 pub mod summary;
 pub mod surveys_csv;
+mod toolface;
 pub mod dynamics_csv;
 pub mod window_note;

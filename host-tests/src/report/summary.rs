@@ -15,6 +15,7 @@ use crate::{
     number::fixed,
     report::{
         account::{sentences, verdict_name},
+        attitude_at_end,
         json::parameters::Parameters,
         motion,
         refusal_text::decision_text,
@@ -27,7 +28,7 @@ use crate::{
 /// Number of windows above which they are counted instead of listed.
 const LISTED_WINDOWS: usize = 8;
 
-/// Prints trace facts, notes, windows, final parameters and scores.
+/// Prints the attitude at the end, trace facts, notes, windows, final parameters and scores.
 ///
 /// # Errors
 /// When `out` takes no more.
@@ -40,6 +41,8 @@ pub fn print_summary(
     diagnosed: &Diagnosed,
     reference: Option<&Reference>,
 ) -> io::Result<()> {
+    let [angles, totals] = attitude_at_end::lines(config, flight, &diagnosed.totals);
+    writeln!(out, "attitude {angles}\n         {totals}")?;
     print_trace(out, trace, config, flight)?;
     print_windows(out, trace, config, flight)?;
     print_diagnosed(out, config, diagnosed)?;
@@ -51,7 +54,7 @@ pub fn print_summary(
 }
 
 fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Flight) -> io::Result<()> {
-    let period_us = trace.nominal_period_us();
+    let (facts, period_us) = (trace.facts(), trace.nominal_period_us());
     write!(out, "trace    {}: {} samples, {:.2} s", trace.path.display(), trace.len(), trace.duration_s())?;
     if period_us > 0 {
         write!(out, " at {:.2} Hz", 1e6 / f64::from(period_us))?;
@@ -64,18 +67,18 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
         some => Some(format!("{some} samples without {what}")),
     };
     let clipped = if clipping_is_known(&config.full_scale) {
-        format!("{} clipped samples", trace.clipped())
+        format!("{} clipped samples", facts.clipped)
     } else {
         "clipping unknown (no full scale given)".to_owned()
     };
     let remarks = [
         Some(format!("{} gaps in time", flight.counters.gaps)),
         Some(clipped),
-        absent("gyro", trace.count(SampleFlags::GYRO_MISSING)),
-        absent("accelerometer", trace.count(SampleFlags::ACCEL_MISSING)),
-        absent("magnetometer", trace.count(SampleFlags::MAG_MISSING)),
-        absent("temperature", trace.count(SampleFlags::TEMPERATURE_MISSING)),
-        absent("reference", trace.reference_missing()),
+        absent("gyro", facts.count(SampleFlags::GYRO_MISSING)),
+        absent("accelerometer", facts.count(SampleFlags::ACCEL_MISSING)),
+        absent("magnetometer", facts.count(SampleFlags::MAG_MISSING)),
+        absent("temperature", facts.count(SampleFlags::TEMPERATURE_MISSING)),
+        absent("reference", facts.without_reference()),
     ];
     writeln!(out, "         {}", remarks.into_iter().flatten().collect::<Vec<_>>().join("; "))?;
     for wrong in &trace.wrong {

@@ -120,7 +120,10 @@ impl Tracks<Integrated> {
     /// one delay can be taken out of all four tracks alike. Nothing changes if outputs and samples do not pair up: then
     /// only the times of validity are known.
     pub(super) fn fly_at_acquisition(&mut self, trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) {
-        if flight.output_count() != trace.len() {
+        let are_paired = flight.output_count() == trace.len();
+        let mut times = trace.samples().zip(flight.outputs()).map(|(sample, output)| [sample.t_us, output.t_us]);
+        // Without a lag it is there already.
+        if !are_paired || times.all(|[sample_us, output_us]| sample_us == output_us) {
             return;
         }
         // Before the other is made: of ten hours each takes eight megabytes.

@@ -38,3 +38,24 @@ pub(super) fn unread(error: &Error) -> String {
         _ => error.to_string(),
     }
 }
+
+/// A table's rows, whatever stands between its columns.
+pub(super) fn table(text: &str) -> csv::Reader<&[u8]> {
+    let mut builder = csv::ReaderBuilder::new();
+    builder.delimiter(delimiter(text)).comment(Some(b'#')).trim(csv::Trim::All).flexible(false);
+    builder.from_reader(text.as_bytes())
+}
+
+/// What stands between the columns: the one of comma, semicolon and tab that the header has most of.
+fn delimiter(text: &str) -> u8 {
+    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let count = |delimiter: &u8| header.bytes().filter(|byte| byte == delimiter).count();
+    // Of equal ones the last is taken: comma.
+    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+}
+
+/// What a line `# key = value` says.
+pub(super) fn stated<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    let mut lines = text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('='));
+    lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim())
+}

@@ -2,6 +2,9 @@
 //! `Gx (g)` or `Gx [g]`, or in a line `# units = m g nT` for depth, gravity and field. Nothing is guessed: a
 //! column whose unit is nowhere stated has no name here.
 
+/// Metres in a foot.
+pub const FOOT_M: f64 = 0.3048;
+
 /// Units by the ways in which they are written, small letters.
 const UNITS: [(&str, &str); 17] = [
     ("m", "m"),

@@ -3,143 +3,29 @@
 use libm::remainder;
 use meerkat_mwd::survey::{
     AxialCorrection,
-    multi_station::{
-        Decision, LEAST_STATIONS, MAX_STATIONS, MultiStation, MultiStationReport, Station, StationReference,
-    },
+    multi_station::{Decision, MultiStationReport, Station, StationReference},
 };
 use nalgebra::Vector3;
-use serde::Serialize;
 
 use super::{
+    analysis::{Analysis, analysed},
     chosen::{AXIAL, chosen},
     far_off::far_off,
+    measured::Measured,
     path::{Direction, minimum_curvature},
     placed::{Placed, Shot, placed},
     position_errors::horizontal_ellipse,
     reference::{Provenance, Reference, ReferenceAt},
+    run::{SurveyedRun, SurveyedStation},
     run_code::{terms, tool_code},
-    settings::{Correction, RunSettings},
-    stations_csv::{Measured, ReadStation},
+    settings::RunSettings,
+    stations_csv::ReadStation,
     term_weights::ModelStation,
 };
 use crate::failure::Failure;
 
 /// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
 const FALL_M: f64 = 0.01;
-/// Standard gravity, m/s^2.
-const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
-
-/// Result for a run.
-#[derive(Debug, Serialize)]
-pub struct SurveyedRun {
-    /// Name of the well.
-    pub well: String,
-    /// Correction that was asked for.
-    pub correction: Correction,
-    /// Sag that was added to the inclinations, in words; `None` where none was.
-    pub sag: Option<String>,
-    /// Origin of the reference.
-    pub provenance: Provenance,
-    /// Convergence of the grid, degrees; `None` without one: azimuths and positions then count from true north.
-    pub convergence_deg: Option<f64>,
-    /// Azimuth of the vertical section, degrees.
-    pub vertical_section_deg: f64,
-    /// Tool codes of the stations, that of the covariances, each once.
-    pub tool_codes: Vec<String>,
-    /// The multi-station analysis, if one was made.
-    pub analysis: Option<Analysis>,
-    /// What is doubtful, a sentence each.
-    pub warnings: Vec<String>,
-    /// Stations.
-    pub stations: Vec<SurveyedStation>,
-}
-
-/// A multi-station analysis in numbers and words.
-#[derive(Debug, Serialize)]
-pub struct Analysis {
-    /// Number of stations that it rests on.
-    pub counted: usize,
-    /// What became of the azimuths.
-    pub azimuth: String,
-    /// What became of the inclinations.
-    pub inclination: String,
-    /// Residuals' variance over the stated noise's.
-    pub noise_ratio: f32,
-    /// Rms of the residuals in units of the noise: uncorrected, and of stations as the others predict them.
-    pub residual: [f32; 2],
-    /// Whether the drill string's field grew over the run.
-    pub axial_field_grows: bool,
-    /// Common errors: name, value, sigma, sigma before, and whether the stations determine it.
-    pub estimates: Vec<(&'static str, f32, f32, f32, bool)>,
-}
-
-/// Result for one station. Angles are in degrees, lengths in metres.
-#[derive(Clone, Debug, Serialize)]
-pub struct SurveyedStation {
-    /// Measured depth.
-    pub md_m: f64,
-    /// Reference at this depth.
-    pub reference: ReferenceAt,
-    /// Model that it comes from.
-    pub reference_model: String,
-    /// Day that the model was evaluated for.
-    pub reference_date: String,
-    /// Convergence of the grid; `None` without one.
-    pub convergence_deg: Option<f64>,
-    /// Mean force, m/s^2, and field, microtesla, tool axes; `None` if the file gave angles.
-    pub readings: Option<[[f64; 3]; 2]>,
-    /// Inclination and magnetic azimuth as measured.
-    pub measured_deg: [f64; 2],
-    /// Inclination of the hole, corrected, sag included. Stations at one depth share their mean direction.
-    pub inclination_deg: f64,
-    /// Its standard deviation; `None` where only angles were read.
-    pub sigma_inclination_deg: Option<f64>,
-    /// Azimuth from magnetic north, corrected.
-    pub magnetic_azimuth_deg: f64,
-    /// Its standard deviation.
-    pub sigma_magnetic_azimuth_deg: Option<f64>,
-    /// Azimuth from the north of positions: grid, or true without a grid.
-    pub azimuth_deg: f64,
-    /// Its standard deviation, the declination's included.
-    pub sigma_azimuth_deg: Option<f64>,
-    /// Gravity toolface; `None` where only angles were read.
-    pub gravity_toolface_deg: Option<f64>,
-    /// Measured less reference |G| m/s^2, |B| microtesla, dip degrees.
-    pub off_reference: Option<[f64; 3]>,
-    /// Sag that was added to the inclination.
-    pub sag_deg: f64,
-    /// Whether the azimuth was corrected, and how.
-    pub corrected: &'static str,
-    /// Tool code.
-    pub tool_code: String,
-    /// Axial interference by the reference, microtesla, and its standard deviation.
-    pub axial_interference_ut: Option<[f64; 2]>,
-    /// True in the no-go zone of the short-collar correction.
-    pub axial_no_go: Option<bool>,
-    /// True if the other stations contradict this one.
-    pub doubted: bool,
-    /// North, east, true vertical depth.
-    pub position_m: [f64; 3],
-    /// Bend since the station before, degrees over 30 m.
-    pub dogleg_deg_30m: f64,
-    /// Distance along the vertical section.
-    pub vertical_section_m: f64,
-    /// Covariance of the position, row by row: north, east, down; m^2.
-    pub covariance_m2: [[f64; 3]; 3],
-    /// Half axes of the horizontal ellipse of one standard deviation, and the azimuth of the larger, degrees.
-    pub ellipse: [f64; 3],
-}
-
-impl SurveyedRun {
-    /// What became of the sag, in words: how it is known, and what was added.
-    #[must_use]
-    pub fn sag_told(&self) -> String {
-        let Some(how) = &self.sag else { return "none corrected".to_owned() };
-        let added = || self.stations.iter().map(|station| station.sag_deg);
-        let (least, most) = (added().fold(f64::MAX, f64::min), added().fold(f64::MIN, f64::max));
-        format!("{how}; {least:.3} to {most:.3} deg are added to the measured inclinations")
-    }
-}
 
 /// A station between reading and path.
 struct Pending {
@@ -162,7 +48,8 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     {
         warnings.push(format!("no start_m: the hole above {:.1} m is taken as vertical", first.md_m));
     }
-    let (report, places) = analysed(&pending, settings, &mut warnings);
+    let six_axis: Vec<Option<Station>> = pending.iter().map(|pending| pending.station).collect();
+    let (report, places) = analysed(&six_axis, settings, &mut warnings);
     let convergence_deg = reference.convergence_deg()?;
     let mut stations: Vec<SurveyedStation> = pending
         .iter()
@@ -200,7 +87,7 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         convergence_deg,
         vertical_section_deg,
         tool_codes,
-        analysis: report.as_ref().map(told),
+        analysis: report.as_ref().map(Analysis::of),
         warnings,
         stations,
     })
@@ -225,8 +112,8 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
         if directions.last().is_some_and(|last: &Direction| md_m < last.md_m - FALL_M) {
             return Err(Failure::BadInput(format!("station {} at {md_m:.2} m: depth falls", k + 1)));
         }
-        let [inclination_rad, azimuth_rad] = measured_angles(&station.measured).ok_or_else(|| {
-            Failure::BadInput(format!("station {} at {md_m:.2} m: {}", k + 1, unusable(&station.measured)))
+        let [inclination_rad, azimuth_rad] = station.measured.angles().ok_or_else(|| {
+            Failure::BadInput(format!("station {} at {md_m:.2} m: {}", k + 1, station.measured.why_unusable()))
         })?;
         directions.push(Direction { md_m, inclination_rad, azimuth_rad });
     }
@@ -251,84 +138,10 @@ fn pending(read: &[ReadStation], settings: &RunSettings, reference: &Reference) 
     with_reference.collect()
 }
 
-/// Analyses the stations together: all, or of more than the analysis holds as many, evenly spread. Returns with the
-/// report which stations those are.
-fn analysed(
-    pending: &[Pending],
-    settings: &RunSettings,
-    warnings: &mut Vec<String>,
-) -> (Option<MultiStationReport>, Vec<usize>) {
-    let six: Vec<(usize, Station)> = pending.iter().enumerate().filter_map(|(k, p)| Some((k, p.station?))).collect();
-    let count = six.len().min(MAX_STATIONS);
-    if count < six.len() {
-        warnings.push(format!(
-            "the analysis holds {MAX_STATIONS} stations: it rests on every {:.1}th",
-            six.len() as f64 / count as f64
-        ));
-    }
-    let mut all = MultiStation::new();
-    let mut places = Vec::new();
-    for k in 0..count {
-        if let Some((place, station)) = six.get(k * six.len() / count)
-            && all.push(*station).is_ok()
-        {
-            places.push(*place);
-        }
-    }
-    if settings.correction != Correction::MultiStation {
-        return (None, places);
-    }
-    let report = all.analyse(&settings.errors, &settings.multi_station);
-    // Angles without readings, and no word of a correction: nothing to analyse, and nothing asked for.
-    if report.is_none() && !six.is_empty() {
-        warnings.push(not_analysed(places.len()));
-    }
-    (report, places)
-}
-
-/// Why there is no multi-station analysis although one was asked for.
-fn not_analysed(usable: usize) -> String {
-    let why = if usable < LEAST_STATIONS {
-        format!("{usable} stations have gravity and field, and it needs {LEAST_STATIONS}")
-    } else {
-        "gravity and field are too far from the reference, or a stated error is 0".to_owned()
-    };
-    format!("no multi-station analysis, directions are as measured: {why}")
-}
-
 /// Position of the first station.
 fn start(settings: &RunSettings, first: Option<&Direction>) -> Vector3<f64> {
     let below = [0.0, 0.0, first.map_or(0.0, |first| first.md_m)];
     Vector3::from(settings.start_m.unwrap_or(below))
-}
-
-/// Inclination and magnetic azimuth, radians.
-fn measured_angles(measured: &Measured) -> Option<[f64; 2]> {
-    match measured {
-        Measured::Angles { inclination_rad, magnetic_azimuth_rad } => Some([*inclination_rad, *magnetic_azimuth_rad]),
-        Measured::SixAxis { force_m_s2, field_ut } => {
-            let down = -force_m_s2.try_normalize(1.0)?;
-            let east = down.cross(field_ut).try_normalize(1e-3)?;
-            let north = east.cross(&down);
-            let across = libm::hypot(north.z, east.z);
-            Some([libm::atan2(across, down.z), libm::atan2(east.z, north.z)])
-        }
-    }
-}
-
-/// Why readings give no angles.
-fn unusable(measured: &Measured) -> String {
-    match measured {
-        Measured::SixAxis { force_m_s2, field_ut } => {
-            let [gravity, field] = [force_m_s2.norm(), field_ut.norm()];
-            let which = if gravity < 0.5 * STANDARD_GRAVITY_M_S2 { "gravity" } else { "field" };
-            format!(
-                "gravity of {gravity:.4} m/s^2 and a field of {field:.4} microtesla give no direction: check the unit and the values \
-                 of the {which} columns"
-            )
-        }
-        Measured::Angles { .. } => "no angles".to_owned(),
-    }
 }
 
 /// Directions of a station; its place is left at zero.
@@ -341,7 +154,7 @@ fn directed(
     doubted: bool,
 ) -> SurveyedStation {
     let reference = pending.reference;
-    let measured = measured_angles(&pending.read.measured).unwrap_or_default();
+    let measured = pending.read.measured.angles().unwrap_or_default();
     let corrected = pending.station.and_then(|station| report?.corrected(&station));
     let axial = pending.station.and_then(|station| AxialCorrection::of(&station, &settings.errors));
     let (inclination, azimuth, how) = chosen(settings, measured, corrected, axial, report);
@@ -429,27 +242,6 @@ fn put(station: &mut SurveyedStation, place: &Placed, vertical_section_deg: f64)
     station.covariance_m2 = place.covariance.transpose().into();
     let ([major, minor], azimuth) = horizontal_ellipse(&place.covariance);
     station.ellipse = [major, minor, azimuth.to_degrees()];
-}
-
-fn told(report: &MultiStationReport) -> Analysis {
-    let decision = |decision| match decision {
-        Decision::Corrected => "corrected".to_owned(),
-        Decision::Refused(reason) => format!("as measured: {}", reason.told()),
-        _ => "as measured".to_owned(),
-    };
-    Analysis {
-        counted: report.counted,
-        azimuth: decision(report.azimuth),
-        inclination: decision(report.inclination),
-        noise_ratio: report.noise_ratio,
-        residual: [report.residual_uncorrected, report.residual_left_out],
-        axial_field_grows: report.axial_field_grows(),
-        estimates: report
-            .estimates()
-            .iter()
-            .map(|e| (e.parameter.name(), e.estimate.value, e.estimate.sigma, e.prior_sigma, e.observable))
-            .collect(),
-    }
 }
 
 /// Degrees within 0 to 360.

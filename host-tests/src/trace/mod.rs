@@ -134,7 +134,7 @@ impl Trace {
         write::write(self, path)
     }
 
-    /// What is known of all rows. Goes through the rows of a trace in memory.
+    /// What is known of all rows. Goes through the rows of a trace in memory: ask once.
     #[must_use]
     pub fn facts(&self) -> Facts {
         self.spooled.as_ref().map_or_else(|| Facts::of(self.rows()), |spooled| *spooled.facts())
@@ -195,24 +195,6 @@ impl Trace {
         self.duration_us() as f64 * 1e-6
     }
 
-    /// Number of samples with the flag.
-    #[must_use]
-    pub fn count(&self, flag: SampleFlags) -> usize {
-        self.facts().count(flag)
-    }
-
-    /// Number of samples with a clipped sensor.
-    #[must_use]
-    pub fn clipped(&self) -> usize {
-        self.facts().clipped
-    }
-
-    /// Number of samples without a reference attitude; all if there are no such columns.
-    #[must_use]
-    pub fn reference_missing(&self) -> usize {
-        self.len() - self.facts().referred
-    }
-
     /// Grades a survey of readings that cannot be as bad, whatever it agrees with.
     pub fn grade(&self, report: &mut SurveyReport) {
         if !self.wrong.is_empty() {
@@ -260,6 +242,6 @@ mod tests {
         let clipped = trace.samples.iter().map(|s| s.flags.contains(SampleFlags::GYRO_CLIPPED));
         assert_eq!(clipped.collect::<Vec<_>>(), [true, false, true]);
         trace.mark_clipped(&FullScale::default());
-        assert_eq!(trace.count(SampleFlags::GYRO_CLIPPED), 0);
+        assert_eq!(trace.facts().count(SampleFlags::GYRO_CLIPPED), 0);
     }
 }

@@ -160,6 +160,12 @@ impl Facts {
         Self { period_us: steps.median_us(), ..facts }
     }
 
+    /// Number of samples without a reference attitude; all if there are no such columns.
+    #[must_use]
+    pub const fn without_reference(&self) -> usize {
+        self.samples - self.referred
+    }
+
     /// Number of samples with a flag of one bit.
     #[must_use]
     pub fn count(&self, flag: SampleFlags) -> usize {

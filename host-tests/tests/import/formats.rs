@@ -130,8 +130,8 @@ fn three_files_of_different_rates_on_one_clock() {
     let paths = [file("Accelerometer.csv", accel, 2), file("Gyroscope.csv", gyro, 1), file("Magnetometer.csv", mag, 6)];
     let mut told = imported(&paths);
     assert!(!told.is_wrong(), "{:#?}", told.findings);
-    let fields = told.trace.samples.len() - told.trace.count(meerkat_mwd::SampleFlags::MAG_MISSING);
-    let all = original().samples.len() - original().count(meerkat_mwd::SampleFlags::MAG_MISSING);
+    let fields = told.trace.samples.len() - told.trace.facts().count(meerkat_mwd::SampleFlags::MAG_MISSING);
+    let all = original().samples.len() - original().facts().count(meerkat_mwd::SampleFlags::MAG_MISSING);
     assert!(fields.abs_diff(all / 6) < all / 60, "each field counts once: {fields} of {all}");
     // The nanoseconds of a date have 256 of them to a step.
     let moved = told.trace.first_us() as i64 - original().first_us() as i64;

@@ -5,10 +5,11 @@ use std::{io::Read, net::TcpListener, thread};
 use mwd::surveys::{
     files,
     reference::Reference,
+    run::SurveyedRun,
     settings::RunSettings,
     simulated_run::{Run, TrueRun},
     stations_csv::read,
-    surveyed::{SurveyedRun, surveyed},
+    surveyed::surveyed,
 };
 
 /// Place, date and a grid; the reference is the simulated run's own.

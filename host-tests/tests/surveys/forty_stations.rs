@@ -2,12 +2,7 @@
 
 use mwd::{
     report::html::{Sources, survey_run::page},
-    surveys::{
-        reference::Reference,
-        settings::RunSettings,
-        stations_csv::read,
-        surveyed::{SurveyedRun, surveyed},
-    },
+    surveys::{reference::Reference, run::SurveyedRun, settings::RunSettings, stations_csv::read, surveyed::surveyed},
 };
 use nalgebra::{Matrix3, Vector3};
 

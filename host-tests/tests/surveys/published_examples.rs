@@ -4,10 +4,11 @@
 
 use mwd::surveys::{
     reference::Reference,
+    run::{SurveyedRun, SurveyedStation},
     settings::RunSettings,
     simulated_run::into_tool,
     stations_csv::read,
-    surveyed::{SurveyedRun, SurveyedStation, surveyed},
+    surveyed::surveyed,
 };
 
 /// A published run.

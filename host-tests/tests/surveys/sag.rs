@@ -5,11 +5,7 @@ use std::{fs, process::Command};
 use mwd::{
     report::html::{Sources, survey_run::page},
     surveys::{
-        files,
-        reference::Reference,
-        settings::RunSettings,
-        stations_csv::read,
-        surveyed::{SurveyedRun, surveyed},
+        files, reference::Reference, run::SurveyedRun, settings::RunSettings, stations_csv::read, surveyed::surveyed,
     },
 };
 use tempfile::TempDir;

@@ -2,13 +2,8 @@
 
 use meerkat_mwd::{attitude::Attitude, probe::Output};
 
-use super::{
-    Page,
-    escape::escape,
-    fixed, in_s,
-    thinned::Point,
-    toolface::{is_vertical, toolface_rad},
-};
+use super::{Page, escape::escape, fixed, in_s, thinned::Point};
+use crate::report::toolface::{is_vertical, toolface_rad};
 
 /// Points of a dial.
 const POINTS: usize = 240;

@@ -1,12 +1,10 @@
 //! First screen of a page: the verdict in a sentence, what flew and why, attitude at the end.
 
-use super::{
-    Told, attitude,
-    escape::escape,
-    fixed, in_s, sentence,
+use super::{Told, attitude, escape::escape, fixed, in_s, sentence};
+use crate::report::{
+    motion, plain_words,
     toolface::{has_north, is_vertical, toolface_rad},
 };
-use crate::report::{motion, plain_words};
 
 /// First screen of a flight's page.
 pub(super) fn of_a_flight(told: &Told) -> String {

@@ -26,7 +26,6 @@ pub mod survey_run;
 mod svg;
 mod table;
 mod thinned;
-mod toolface;
 mod windows;
 
 use std::path::Path;

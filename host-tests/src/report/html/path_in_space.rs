@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::{escape::escape, fixed};
-use crate::surveys::surveyed::SurveyedRun;
+use crate::surveys::run::SurveyedRun;
 
 /// Width of the drawing in its own units, and the room around the path.
 const WIDTH: f64 = 300.0;

@@ -153,7 +153,8 @@ fn gathered(told: &Told, intervals: Vec<[f64; 2]>, text: &str) -> Vec<Mark> {
 /// Table of the counters that are not zero.
 fn counts(told: &Told) -> String {
     let counters = &told.flight.counters;
-    let lacking = |flag| told.trace.count(flag) as u64;
+    let facts = told.trace.facts();
+    let lacking = |flag| facts.count(flag) as u64;
     let counts = [
         ("samples", counters.samples),
         ("without the gyro", lacking(SampleFlags::GYRO_MISSING)),

@@ -4,8 +4,8 @@ use meerkat_mwd::config::SurveyLimits;
 
 use super::{Chart, Page, Series, Sources, escape::escape, fixed, path_in_space, table};
 use crate::surveys::{
+    run::{SurveyedRun, SurveyedStation},
     settings::Correction,
-    surveyed::{SurveyedRun, SurveyedStation},
 };
 
 /// The whole page, of a run that was worked out from `sources`.

@@ -193,7 +193,7 @@ pub fn result_json(
     reference: Option<Reference>,
 ) -> ResultJson {
     let known = clipping_is_known(&config.full_scale);
-    let period_us = trace.nominal_period_us();
+    let (facts, period_us) = (trace.facts(), trace.nominal_period_us());
     ResultJson {
         schema: "meerkat-mwd/1",
         version: env!("CARGO_PKG_VERSION"),
@@ -207,13 +207,13 @@ pub fn result_json(
             duration_s: in_seconds(trace.duration_us()),
             rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
             gaps: flight.counters.gaps,
-            clipped: known.then(|| trace.clipped()),
+            clipped: known.then_some(facts.clipped),
             missing: Missing {
-                gyro: trace.count(SampleFlags::GYRO_MISSING),
-                accel: trace.count(SampleFlags::ACCEL_MISSING),
-                mag: trace.count(SampleFlags::MAG_MISSING),
-                temp: trace.count(SampleFlags::TEMPERATURE_MISSING),
-                reference: trace.reference_missing(),
+                gyro: facts.count(SampleFlags::GYRO_MISSING),
+                accel: facts.count(SampleFlags::ACCEL_MISSING),
+                mag: facts.count(SampleFlags::MAG_MISSING),
+                temp: facts.count(SampleFlags::TEMPERATURE_MISSING),
+                reference: facts.without_reference(),
             },
             dropped: DroppedRows { repeated: trace.dropped.repeated, late: trace.dropped.late },
             notes: trace.notes.clone(),

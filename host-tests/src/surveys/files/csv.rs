@@ -3,7 +3,7 @@
 use csv::WriterBuilder;
 
 use super::push;
-use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
+use crate::surveys::run::{SurveyedRun, SurveyedStation};
 
 /// Depth, inclination and azimuth from the north of positions: what `welleng.survey.Survey(md, inc, azi)` takes, and
 /// what nearly every planning program imports.

@@ -1,7 +1,7 @@
 //! Log ASCII Standard, version 2.0 (Canadian Well Logging Society, 1992, updated 2017).
 
 use super::push;
-use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
+use crate::surveys::run::{SurveyedRun, SurveyedStation};
 
 /// Value that stands for none.
 const NULL: f64 = -999.25;

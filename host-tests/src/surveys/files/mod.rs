@@ -9,7 +9,7 @@ pub mod witsml2;
 
 use std::{fmt::Write as _, path::Path};
 
-use super::surveyed::SurveyedRun;
+use super::run::SurveyedRun;
 use crate::failure::Failure;
 
 /// Writes a text to a file.

@@ -13,7 +13,7 @@ use crate::{
     failure::Failure,
     surveys::{
         path::DOGLEG_LENGTH_M,
-        surveyed::{SurveyedRun, SurveyedStation},
+        run::{SurveyedRun, SurveyedStation},
     },
 };
 

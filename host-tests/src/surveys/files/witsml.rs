@@ -6,7 +6,7 @@ use quick_xml::{
     events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event},
 };
 
-use crate::surveys::surveyed::{SurveyedRun, SurveyedStation};
+use crate::surveys::run::{SurveyedRun, SurveyedStation};
 
 /// A version of WITSML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! WITSML 1.4.1.1: a trajectory (Energistics, 2011).
 
 use super::witsml::{Document, Version, ends, identifier, short, stations};
-use crate::surveys::surveyed::SurveyedRun;
+use crate::surveys::run::SurveyedRun;
 
 /// The run as a `trajectorys` document.
 #[must_use]

@@ -1,7 +1,7 @@
 //! WITSML 2.0: a trajectory (Energistics, 2016).
 
 use super::witsml::{Document, Version, ends, identifier, short, stations};
-use crate::surveys::surveyed::SurveyedRun;
+use crate::surveys::run::SurveyedRun;
 
 /// The run as a `Trajectory` document.
 #[must_use]

@@ -3,16 +3,16 @@
 use meerkat_mwd::attitude::{Attitude, AttitudeFlags};
 
 /// The toolface that applies, radians.
-pub(super) fn toolface_rad(attitude: &Attitude) -> f32 {
+pub(crate) fn toolface_rad(attitude: &Attitude) -> f32 {
     if is_vertical(attitude) { attitude.magnetic_toolface_rad } else { attitude.gravity_toolface_rad }
 }
 
 /// Whether the hole is so near the vertical that the magnetic toolface applies.
-pub(super) fn is_vertical(attitude: &Attitude) -> bool {
+pub(crate) fn is_vertical(attitude: &Attitude) -> bool {
     attitude.flags.contains(AttitudeFlags::NEAR_VERTICAL)
 }
 
 /// Whether north has been seen, so that azimuth means something.
-pub(super) fn has_north(attitude: &Attitude) -> bool {
+pub(crate) fn has_north(attitude: &Attitude) -> bool {
     !attitude.flags.contains(AttitudeFlags::NO_HEADING)
 }
