@@ -55,6 +55,25 @@ fn lowest_counter(mut store: SmallStore) -> u64 {
     lowest
 }
 
+/// Whatever bit of the flash rots.
+#[test]
+fn a_bit_that_rots_takes_no_completed_counter_back() {
+    const LAST: u64 = 3;
+    let mut store = open(Small::new(3, 1));
+    prepare(&mut store);
+    (1..=LAST).for_each(|counter| store.store_counter(counter).unwrap());
+    let mut flash = store.into_flash();
+    let written: Vec<usize> = (0..flash.bytes_mut().len()).filter(|at| flash.bytes_mut()[*at] != 0xff).collect();
+    assert!(written.len() > 100, "{}", written.len());
+    for (at, bit) in written.iter().flat_map(|at| (0..8).map(move |bit| (*at, 1 << bit))) {
+        flash.bytes_mut()[at] ^= bit;
+        let store = open(flash);
+        assert_eq!(store.read_counter(), LAST, "byte {at}, bit {bit:#x}");
+        flash = store.into_flash();
+        flash.bytes_mut()[at] ^= bit;
+    }
+}
+
 /// The power goes in each word of a counter that begins a sector, and a bit of that word reads as it likes from
 /// then on.
 #[test]
