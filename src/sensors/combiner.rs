@@ -10,14 +10,17 @@ use crate::{
 
 /// Largest number of magnetic readings that wait for an inertial reading.
 const WAITING: usize = 8;
+/// Periods over this: error of stamps, as much as a [`SampleClock`](super::sample_clock::SampleClock) allows for the bus.
+const STAMP_ERROR: u64 = 16;
 
 /// Combiner of an inertial and a magnetic source's readings into samples.
 ///
 /// Each inertial reading makes one sample, at once. A magnetic reading goes into the sample of the first inertial
-/// reading at its time or after it; the samples between have [`SampleFlags::MAG_MISSING`]. So a sample's field is
-/// half a sample period older in the mean; this delay is part of the magnetometer's configured latency
-/// ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is lost. Read the magnetic source
-/// first, then the inertial one.
+/// reading at its time or after it, or less than a sixteenth of a period before it: stamps err, and of two parts that
+/// convert together a microsecond is not to make the field a whole period old. The samples between have
+/// [`SampleFlags::MAG_MISSING`]. So a sample's field is half a sample period older in the mean; this delay is part of the
+/// magnetometer's configured latency ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is
+/// lost. Read the magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,
@@ -75,16 +78,17 @@ impl Combiner {
         Some(sample)
     }
 
-    /// Takes the newest waiting magnetic reading of time `t_us` or before. Older ones are lost, and so is the newest
-    /// if it is more than 1.5 periods old.
+    /// Takes the newest waiting magnetic reading of time `t_us`, but for the stamps' error, or before. Older ones are
+    /// lost, and so is the newest if it is more than 1.5 periods old.
     fn newest(&mut self, t_us: u64) -> Option<MagneticReading> {
         let mut newest: Option<MagneticReading> = None;
-        while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= t_us) {
+        let until_us = t_us + self.period_us / STAMP_ERROR;
+        while self.waiting.front().is_some_and(|magnetic| magnetic.t_us <= until_us) {
             let lost = newest.is_some();
             newest = self.waiting.pop_front();
             self.lost_magnetic = self.lost_magnetic.saturating_add(lost.into());
         }
-        let in_time = newest.filter(|magnetic| t_us - magnetic.t_us <= self.period_us * 3 / 2);
+        let in_time = newest.filter(|magnetic| t_us.saturating_sub(magnetic.t_us) <= self.period_us * 3 / 2);
         if newest.is_some() && in_time.is_none() {
             self.lost_magnetic = self.lost_magnetic.saturating_add(1);
         }
