@@ -20,6 +20,9 @@ const LONGEST_TURN_RAD: f32 = 0.5;
 /// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
 /// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
+/// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part that
+/// is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
+const LONGEST_LOSS_S: f32 = 0.1;
 /// Longest gap in one item, seconds; a longer gap becomes several items.
 const LONGEST_GAP_S: f32 = 1.0;
 
@@ -267,16 +270,18 @@ impl<T: Real> Builder<T> {
     /// turn would be too uncertain.
     fn bridge(&mut self, seconds: T, [before, after]: &[V3<T>; 2], forces: [Option<V3<T>>; 2]) -> bool {
         let narrow = |v: &V3<T>| v.map(|x| x.narrow());
-        let unread_turn = self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
-        // A NaN is not bridged.
-        let is_known = unread_turn < MOST_BRIDGED_RAD * MOST_BRIDGED_RAD;
-        if !is_known {
-            return false;
-        }
         let readings = libm::roundf((seconds / self.period_s).narrow());
         let count = T::of(readings);
         let centred = (before + after) * T::of(0.5) - self.with.bias;
         let turn = self.with.p * centred * seconds;
+        let by_change = T::of(self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow()));
+        let is_long = readings > libm::roundf(LONGEST_LOSS_S / self.period_s.narrow());
+        let unread_turn = by_change + if is_long { square(&turn) } else { T::ZERO };
+        // A NaN is not bridged.
+        let is_known = unread_turn < T::of(MOST_BRIDGED_RAD * MOST_BRIDGED_RAD);
+        if !is_known {
+            return false;
+        }
         let half = rotation(&(turn * T::of(0.5)));
         let middle = self.rotation * half;
         if let [Some(before), Some(after)] = &forces {
@@ -292,7 +297,7 @@ impl<T: Real> Builder<T> {
         self.samples = self.samples.saturating_add(readings as u16);
         self.seconds += seconds;
         self.turned += norm(&turn);
-        self.unread_turn += T::of(unread_turn);
+        self.unread_turn += unread_turn;
         true
     }
 

@@ -150,6 +150,20 @@ fn a_few_lost_samples_cost_nothing_but_unusable_ones_do() {
 }
 
 #[test]
+fn a_clock_that_steps_is_no_turn() {
+    for seed in 0..4 {
+        let simulated = Simulated::new(seed, 60.0);
+        // Every 3 s by 0.13 s, the first time before much is known.
+        let steps = |t_us: u64| (t_us + 2_000_000) / 3_000_000 * 130_000;
+        let samples: Vec<_> =
+            simulated.samples.iter().map(|(t_us, readings)| (t_us + steps(*t_us), *readings)).collect();
+        let error = largest_difference(&posterior::<f32>(&samples, u32::MAX).gyro, &simulated.truth);
+        let before = largest_difference(&GyroModel::IDENTITY, &simulated.truth);
+        assert!(error < 0.4 * before, "seed {seed}: {error} of {before}");
+    }
+}
+
+#[test]
 fn gaps_for_half_of_the_time_are_not_the_gyros() {
     let simulated = Simulated::new(5, 120.0);
     let with_gaps: Vec<_> =
