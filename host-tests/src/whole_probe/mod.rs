@@ -263,8 +263,9 @@ fn power_up(
         tally.back_s[usize::from(drilling)].extend(any);
         tally.back_s[2].extend(unflagged);
         let until_back_us = chip.started_us.get()..chip.started_us.get() + BACK_US;
-        let is_delaying =
-            |(at_us, it): &(u64, Trouble)| matches!(it, Trouble::Overload(..)) && until_back_us.contains(at_us);
+        let is_delaying = |(at_us, it): &(u64, Trouble)| {
+            matches!(it, Trouble::Overload(..) | Trouble::LineStall(_)) && until_back_us.contains(at_us)
+        };
         if ran_us > BACK_US && !hangs && !day.struck.iter().any(is_delaying) {
             tally.checked(Violation::Silent);
             if any.is_none_or(|after_s| after_s > BACK_US as f64 * 1e-6) {
