@@ -3,6 +3,7 @@
 use super::{Application, Board, Statics, log::info, memory::refusal};
 use crate::{
     config::{Config, ConfigError},
+    sensors::MountingCheck,
     storage::Image,
     survey::StationaryState,
     telemetry::{
@@ -24,6 +25,8 @@ pub struct Commands {
     gate: CommandGate,
     /// Result of a self-test, to be reported with the health at once.
     pub(super) self_test: Vec<SelfTest, 1>,
+    /// Turns that the sensors have seen, for a self-test.
+    pub(super) mounting: MountingCheck,
     /// Requests for raw samples, and their ends.
     pub(super) recording: Recording,
 }
@@ -36,6 +39,7 @@ impl Commands {
             decoder: FrameDecoder::new(),
             gate: CommandGate::new(None),
             self_test: Vec::new(),
+            mounting: MountingCheck::new(),
             recording: Recording::new(),
         }
     }
@@ -137,7 +141,8 @@ impl<B: Board> Application<'_, B> {
                 let storage_holds = memory.as_mut().map(|memory| memory.verify());
                 commands.self_test.clear();
                 // Just emptied, so there is room.
-                let _ = commands.self_test.push(SelfTest { sensors: line.sensors_at_fault(), storage_holds });
+                let _ =
+                    commands.self_test.push(SelfTest::of(line.sensors_at_fault(), &commands.mounting, storage_holds));
             }
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {

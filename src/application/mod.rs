@@ -219,10 +219,11 @@ impl<'a, B: Board> Application<'a, B> {
         if !self.begun {
             self.begin(acquired);
         }
-        let Statics { probe, surveyor, burst, line, memory, .. } = &mut self.statics;
+        let Statics { probe, surveyor, burst, line, commands, memory } = &mut self.statics;
         if let Some(memory) = memory {
             memory.sample(sample);
         }
+        commands.mounting.update(sample);
         let output = probe.push(sample);
         let now_us = self.board.now_us();
         let began_afresh = output.is_some() && probe.began_afresh();

@@ -19,6 +19,7 @@ use crate::{
         command_frame::{frame_of, framed},
         key_file::KeyFile,
         line::{Line, LineArgs, Received},
+        monitor::self_test_text,
     },
 };
 
@@ -49,7 +50,7 @@ pub struct CommandArgs {
 /// The commands of a probe, as subcommands of `command`.
 #[derive(Debug, Clone, Subcommand)]
 pub enum Request {
-    /// Test sensors and storage and report their health
+    /// Test sensors, their mounting and storage, and report their health. Turn the probe by hand before, about each of its axes
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test")]
     SelfTest,
     /// Set what the probe sends over the line, and how fast. Needs --key
@@ -200,6 +201,17 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
         (Some(_), None) => heard(&mut line, deadline)?,
     };
     match send_counting(&mut line, &command, key.as_mut(), probe, deadline)? {
+        Outcome::Accepted if matches!(args.request, Request::SelfTest) => {
+            let found = listen(&mut line, deadline, |message| match message {
+                Message::Health(health) => health.self_test,
+                _ => None,
+            })?;
+            let told = found.map_or_else(
+                |counters| format!("its findings did not come within {} s ({counters})", deadline.as_secs()),
+                |test| self_test_text(&test),
+            );
+            writeln!(io::stdout(), "accepted\n{told}").map_err(Into::into)
+        }
         Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
         Outcome::Refused(reason) => Err(Failure::BadInput(format!("the probe refused: {reason}")).into()),
         _ => Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
@@ -242,9 +254,11 @@ pub(super) fn listen<T>(
             Received::Nothing => continue,
             Received::End => return Err(Failure::Missing("the line ended without an answer".to_owned()).into()),
         };
-        for &byte in buffer.get(..count).unwrap_or_default() {
+        let read = buffer.get(..count).unwrap_or_default();
+        for (place, &byte) in (1..).zip(read) {
             let message = decoder.push(byte).and_then(|frame| Message::decode(&frame).ok());
             if let Some(found) = message.and_then(&is_it) {
+                line.put_back(read.get(place..).unwrap_or_default());
                 return Ok(Ok(found));
             }
         }

@@ -42,6 +42,8 @@ pub enum Received {
 /// An open line.
 pub struct Line {
     device: Device,
+    /// Bytes that were read and are to be read again.
+    put_back: Vec<u8>,
 }
 
 enum Device {
@@ -75,7 +77,7 @@ impl Line {
                 _ => Device::Serial(serial(place, args.baud)?),
             }
         };
-        Ok(Self { device })
+        Ok(Self { device, put_back: Vec::new() })
     }
 
     /// Whether a probe is at the other end; a captured file is not live.
@@ -84,11 +86,23 @@ impl Line {
         !matches!(self.device, Device::Capture(_))
     }
 
+    /// Puts bytes back that were read beyond what was wanted; the next read gets them.
+    pub fn put_back(&mut self, bytes: &[u8]) {
+        self.put_back.splice(0..0, bytes.iter().copied());
+    }
+
     /// Reads the bytes that are there, waiting for up to a twentieth of a second.
     ///
     /// # Errors
     /// The line broke.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<Received> {
+        if !self.put_back.is_empty() {
+            let count = self.put_back.len().min(buffer.len());
+            for (place, byte) in buffer.iter_mut().zip(self.put_back.drain(..count)) {
+                *place = byte;
+            }
+            return Ok(Received::Bytes(count));
+        }
         let (read, ends) = match &mut self.device {
             Device::Serial(port) => (port.read(buffer), false),
             Device::Tcp(stream) => (stream.read(buffer), true),

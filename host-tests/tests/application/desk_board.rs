@@ -34,6 +34,8 @@ pub struct Desk {
     pub line: Box<dyn FnMut(u64) -> Option<u8>>,
     /// Time stamp of a sample that was read at this time.
     pub stamp: fn(u64) -> u64,
+    /// What the sensors read in the place of a sample at rest.
+    pub reads: Box<dyn FnMut(Sample) -> Sample>,
 }
 
 impl Default for Desk {
@@ -46,6 +48,7 @@ impl Default for Desk {
             bytes_per_s: 10_368,
             line: Box::new(|_| None),
             stamp: |now_us| now_us,
+            reads: Box::new(|at_rest| at_rest),
         }
     }
 }
@@ -133,7 +136,8 @@ impl Machine<'_> {
         while (self.rounds + 1) * self.desk.period_us <= self.now_us {
             self.rounds += 1;
             self.acquisition.served(0);
-            let sample = self.at_rest();
+            let at_rest = self.at_rest();
+            let sample = (self.desk.reads)(at_rest);
             self.acquisition.put(sample);
         }
     }

@@ -8,6 +8,7 @@ mod desk_board;
 mod models;
 mod overload;
 mod requests;
+mod self_test;
 mod start;
 mod stm32f405_flash;
 mod time_stamps;

@@ -206,6 +206,10 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
         _ => None,
     });
     assert!(tested.is_passed(), "{tested:?}");
+    assert!(
+        tested.gravity_is_plausible() && tested.field_is_plausible() && tested.turns_wrong.is_empty(),
+        "{tested:?}"
+    );
     assert_eq!(host.plain(&Command::StartRecording { for_s: Some(2) }), Outcome::Accepted);
     let [mut first, mut last] = [None; 2];
     host.until("a recording and the end of it", |message| match message {

@@ -4,8 +4,10 @@ use super::{Payload, ProbeId};
 use crate::{
     attitude::AttitudeFlags,
     probe::Counters,
+    sensors::{MountingCheck, TurnFlags},
     telemetry::{Kind, LineCounters, LinkCounters},
 };
+use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 /// Health of the probe.
@@ -55,13 +57,21 @@ pub struct Health {
     pub self_test: Option<SelfTest>,
 }
 
-/// Findings of a self-test: the sensors as they read at rest, and the storage read anew.
+/// Findings of a self-test: the sensors as they read at rest, the turns of the last minutes, and the storage read anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SelfTest {
     /// Faults of the latest sample: a sensor that is missing, clipped, frozen or not used, or a driver's fault.
     pub sensors: AttitudeFlags,
     /// True if the flash still holds all that was stored; `None` without a usable storage.
     pub storage_holds: Option<bool>,
+    /// Norm of the specific force, mm/s^2; `None` without an accelerometer.
+    pub gravity_mm_s2: Option<u32>,
+    /// Norm of the field, nT; `None` without a magnetometer.
+    pub field_nt: Option<u32>,
+    /// Turns about the axes of the probe that have been seen well enough to judge.
+    pub turns_seen: TurnFlags,
+    /// Those of them on which the sensors do not agree: a wrong sign, unit or axis.
+    pub turns_wrong: TurnFlags,
 }
 
 impl SelfTest {
@@ -73,10 +83,44 @@ impl SelfTest {
         .union(AttitudeFlags::FAULT)
         .union(AttitudeFlags::FROZEN_SENSOR);
 
-    /// Returns true if nothing is wrong.
+    /// Gravity that there is on earth, mm/s^2, and 5 % either way for an accelerometer within its data sheet.
+    const GRAVITY_MM_S2: RangeInclusive<u32> = 9_290..=10_320;
+    /// Fields that there are on earth, nT: 22,000 to 67,000, and some either way.
+    const FIELD_NT: RangeInclusive<u32> = 20_000..=70_000;
+
+    /// Findings of the sensors as they read, and of their mounting.
+    #[must_use]
+    pub fn of(sensors: AttitudeFlags, mounting: &MountingCheck, storage_holds: Option<bool>) -> Self {
+        // Rounded; a number that is out of range is its end.
+        let thousandths = |norm: Option<f32>| norm.map(|norm| libm::roundf(norm * 1e3) as u32);
+        let [gravity, field] = mounting.norms();
+        Self {
+            sensors,
+            storage_holds,
+            gravity_mm_s2: thousandths(gravity),
+            field_nt: thousandths(field),
+            turns_seen: mounting.seen(),
+            turns_wrong: mounting.wrong(),
+        }
+    }
+
+    /// Returns true if gravity is that of the earth, in the unit that it should have.
+    #[must_use]
+    pub fn gravity_is_plausible(&self) -> bool {
+        self.gravity_mm_s2.is_some_and(|gravity| Self::GRAVITY_MM_S2.contains(&gravity))
+    }
+
+    /// Returns true if the field is one that there is on earth, in the unit that it should have.
+    #[must_use]
+    pub fn field_is_plausible(&self) -> bool {
+        self.field_nt.is_some_and(|field| Self::FIELD_NT.contains(&field))
+    }
+
+    /// Returns true if nothing is wrong. Turns that were not seen are not judged: see [`Self::turns_seen`].
     #[must_use]
     pub fn is_passed(&self) -> bool {
-        self.sensors.is_empty() && self.storage_holds == Some(true)
+        let sensors_well = self.sensors.is_empty() && self.gravity_is_plausible() && self.field_is_plausible();
+        sensors_well && self.turns_wrong.is_empty() && self.storage_holds == Some(true)
     }
 }
 

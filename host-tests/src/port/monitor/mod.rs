@@ -3,11 +3,13 @@
 mod history;
 mod live_page;
 mod screen;
+mod self_test;
 mod state;
 mod summary;
 
 pub use history::History;
 pub use live_page::LivePage;
 pub use screen::draw;
+pub use self_test::self_test_text;
 pub use state::State;
 pub use summary::summary_lines;

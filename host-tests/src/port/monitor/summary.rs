@@ -6,10 +6,13 @@ use meerkat_mwd::{
         DrillingDynamics, Grade, Rotation, SlidingToolface, SurveyReport, ToolfaceKind, VibrationDose, WhirlKind,
         severity::LEVELS,
     },
-    telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters, SelfTest},
+    telemetry::{AttitudeFrame, CompactAngles, Health, LinkCounters},
 };
 
-use super::state::{State, flags_text};
+use super::{
+    self_test::self_test_text,
+    state::{State, flags_text},
+};
 use crate::report::refusal_text::refusal_text;
 
 /// Standard gravity, m/s^2.
@@ -225,15 +228,4 @@ pub(super) fn health_text(health: &Health) -> String {
         sent.results_refused,
         health.self_test.map_or_else(String::new, |test| format!("; self-test {}", self_test_text(&test)))
     )
-}
-
-fn self_test_text(test: &SelfTest) -> String {
-    let storage = match test.storage_holds {
-        Some(true) => "the storage holds what it should",
-        Some(false) => "the storage does not hold what it should",
-        None => "there is no storage",
-    };
-    let SelfTest { sensors, .. } = test;
-    let sensors = if sensors.is_empty() { "sensors well".to_owned() } else { flags_text(*sensors) };
-    format!("{}: {sensors}, {storage}", if test.is_passed() { "passed" } else { "failed" })
 }

@@ -1,0 +1,168 @@
+//! Probes turned by hand, with sensors that are mounted wrong, and tools that drill.
+
+extern crate std;
+
+use super::*;
+use crate::units::STANDARD_GRAVITY_M_S2;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use std::vec::Vec;
+
+const EVERY: TurnFlags = TurnFlags::all();
+const FIELD_UT: [f32; 3] = [20.0, 4.0, 42.0];
+
+/// A probe that is turned by hand about one body axis after another, there and most of the way back, at 100 Hz: noise and bias of a data
+/// sheet, and accelerations of the hand. It starts anywhere.
+fn by_hand(seed: u64, axes: &[usize]) -> Vec<Sample> {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
+    let mut uniform = || random.next_u32() as f32 / u32::MAX as f32 - 0.5;
+    let mut vector = |size: f32| Vector3::new(uniform(), uniform(), uniform()) * size;
+    let bias = vector(0.2);
+    let start = nalgebra::Rotation3::new(vector(6.0));
+    let mut body_to_earth = start;
+    let mut samples = Vec::new();
+    let mut t_us = 0;
+    for axis in axes.iter().flat_map(|axis| [*axis; 2]) {
+        for k in 0..400 {
+            t_us += 10_000;
+            let swing = 2.0 * libm::sinf(core::f32::consts::TAU * k as f32 / 400.0) + 0.2;
+            let rate = Vector3::ith(axis, swing) + vector(0.3);
+            body_to_earth *= nalgebra::Rotation3::new(rate * 0.01);
+            let force = body_to_earth.inverse() * Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2) + vector(3.0);
+            let field = body_to_earth.inverse() * Vector3::from(FIELD_UT) + vector(1.0);
+            samples.push(Sample {
+                t_us,
+                gyro_rad_s: (rate + bias + vector(0.01)).into(),
+                accel_m_s2: force.into(),
+                mag_ut: field.into(),
+                temperature_c: 25.0,
+                flags: SampleFlags::empty(),
+            });
+        }
+    }
+    samples
+}
+
+fn checked(samples: impl IntoIterator<Item = Sample>) -> MountingCheck {
+    let mut check = MountingCheck::new();
+    samples.into_iter().for_each(|sample| check.update(&sample));
+    check
+}
+
+fn with(samples: &[Sample], change: impl Fn(&mut Sample)) -> MountingCheck {
+    checked(samples.iter().map(|sample| {
+        let mut sample = *sample;
+        change(&mut sample);
+        sample
+    }))
+}
+
+#[test]
+fn turns_about_all_axes_agree_where_all_is_well_and_name_what_is_wrong() {
+    for seed in 0..20 {
+        let samples = by_hand(seed, &[0, 1, 2, 0, 1, 2]);
+        let [x, y, z] = [
+            TurnFlags::X_BY_ACCEL | TurnFlags::X_BY_MAG,
+            TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG,
+            TurnFlags::Z_BY_ACCEL | TurnFlags::Z_BY_MAG,
+        ];
+        let well = checked(samples.iter().copied());
+        assert_eq!((well.seen(), well.wrong()), (EVERY, TurnFlags::empty()), "seed {seed} {:?}", well.factors());
+        let wrong = |change: fn(&mut Sample)| with(&samples, change).wrong();
+        assert_eq!(wrong(|sample| sample.gyro_rad_s[1] *= -1.0), y, "seed {seed}");
+        assert_eq!(
+            wrong(|sample| sample.accel_m_s2[2] *= -1.0),
+            TurnFlags::X_BY_ACCEL | TurnFlags::Y_BY_ACCEL,
+            "seed {seed}"
+        );
+        assert_eq!(wrong(|sample| sample.mag_ut[0] *= -1.0), TurnFlags::Y_BY_MAG | TurnFlags::Z_BY_MAG, "seed {seed}");
+        // What is explained by nothing leaves much noise, so that one of the two sensors may not tell.
+        let exchanged = wrong(|sample| sample.gyro_rad_s.swap(0, 2));
+        assert!(exchanged.intersects(x) && exchanged.intersects(z) && !exchanged.intersects(y), "{exchanged:?}");
+        // In degrees a second.
+        let degrees = with(&samples, |sample| sample.gyro_rad_s = sample.gyro_rad_s.map(f32::to_degrees));
+        assert_eq!(degrees.wrong(), EVERY, "seed {seed}");
+    }
+}
+
+#[test]
+fn an_axis_about_which_nothing_turned_is_not_judged() {
+    for seed in 0..20 {
+        let about_z = checked(
+            by_hand(seed, &[2])
+                .into_iter()
+                .map(|sample| Sample { gyro_rad_s: [0.1, -0.05, sample.gyro_rad_s[2]], ..sample }),
+        );
+        assert_eq!(about_z.wrong(), TurnFlags::empty(), "seed {seed}: {:?}", about_z.factors());
+        assert!((about_z.seen() - TurnFlags::Z_BY_ACCEL - TurnFlags::Z_BY_MAG).is_empty());
+    }
+    let samples = by_hand(1, &[0, 1, 2, 0, 1, 2]);
+    let slower = with(&samples, |sample| {
+        sample.flags.set(SampleFlags::MAG_MISSING, sample.t_us % 40_000 != 0);
+    });
+    assert_eq!((slower.seen(), slower.wrong()), (EVERY, TurnFlags::empty()));
+    let without = with(&samples, |sample| sample.flags = SampleFlags::MAG_MISSING);
+    assert!(!without.seen().intersects(TurnFlags::X_BY_MAG | TurnFlags::Y_BY_MAG | TurnFlags::Z_BY_MAG));
+    assert_eq!(without.norms()[1], None);
+    assert_eq!(with(&samples, |sample| sample.flags = SampleFlags::GYRO_MISSING).seen(), TurnFlags::empty());
+}
+
+/// A gyro with a large bias, an hour at rest: nothing is judged, and gravity and field are as they are.
+#[test]
+fn rest_is_no_turn() {
+    let at_rest = by_hand(3, &[0]).into_iter().cycle().take(360_000).enumerate().map(|(k, sample)| Sample {
+        t_us: 10_000 * (k as u64 + 1),
+        gyro_rad_s: [0.17 + 0.1 * (sample.mag_ut[0] % 0.1), -0.1, 0.05],
+        accel_m_s2: [3.0, 4.0, -8.43],
+        mag_ut: [20.0, 4.0, 42.0 + 0.01 * (k % 7) as f32],
+        ..sample
+    });
+    let check = checked(at_rest);
+    assert_eq!(check.seen(), TurnFlags::empty(), "{:?}", check.factors());
+    let [gravity, field] = check.norms().map(Option::unwrap);
+    assert!((gravity - 9.80).abs() < 0.02 && (field - 46.7).abs() < 0.1, "{gravity} {field}");
+}
+
+/// A tool in a vertical hole, slowly and at speed, with an accelerometer off the axis and with a bias.
+#[test]
+fn drilling_makes_no_wrong_axis() {
+    for (rate_rad_s, inclination_rad) in [(2.0, 0.0), (2.9, 0.02), (5.0, 0.0), (12.0, 0.1), (2.5, 0.7)] {
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(9);
+        let mut noise = move |size: f32| size * (random.next_u32() as f32 / u32::MAX as f32 - 0.5);
+        let drilling = (1..60_000_u32).map(|k| {
+            let swing = libm::sinf(k as f32 * 0.02);
+            let angle = rate_rad_s * (k as f32 * 0.01 - 0.25 * libm::cosf(k as f32 * 0.02));
+            let body_to_earth = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), inclination_rad)
+                * nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+            let rate = rate_rad_s * (1.0 + 0.5 * swing);
+            let mut vector = |v: Vector3<f32>, size: f32| v + Vector3::new(noise(size), noise(size), noise(size));
+            let felt = Vector3::new(0.2 - 0.02 * rate * rate, 0.1, 0.0);
+            let force = body_to_earth.inverse() * Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2) + felt;
+            Sample {
+                t_us: 10_000 * u64::from(k),
+                gyro_rad_s: vector(Vector3::new(0.02, -0.01, rate), 0.01).into(),
+                accel_m_s2: vector(force, 3.0).into(),
+                mag_ut: vector(body_to_earth.inverse() * Vector3::from(FIELD_UT), 1.0).into(),
+                temperature_c: 25.0,
+                flags: SampleFlags::empty(),
+            }
+        });
+        let check = checked(drilling);
+        assert_eq!(check.wrong(), TurnFlags::empty(), "{rate_rad_s} {inclination_rad}: {:?}", check.factors());
+    }
+}
+
+#[test]
+fn nothing_makes_it_panic_or_keep_a_nan() {
+    let mut samples = by_hand(5, &[0, 1, 2]);
+    for (k, sample) in samples.iter_mut().enumerate() {
+        match k % 50 {
+            7 => sample.gyro_rad_s[0] = f32::NAN,
+            19 => sample.accel_m_s2[1] = f32::INFINITY,
+            31 => sample.t_us = 0,
+            _ => {}
+        }
+    }
+    let check = checked(samples);
+    assert!(check.factors().iter().flatten().flatten().all(|factor| factor.is_finite()));
+}
