@@ -53,8 +53,8 @@ bitflags::bitflags! {
 ///
 /// A vector v that stands still in the earth turns in the body by `dv/dt = v x w`. By least squares each axis of the gyro
 /// gets the factor by which its rate has to be multiplied to turn gravity, and the field, as they turn. It is one if all
-/// is well, minus one for a wrong sign, 57 or 1/57 for a wrong unit, and near zero for another axis. A sensor that has
-/// two axes exchanged, or one turned round, differs from the gyro about two axes.
+/// is well, minus one for a wrong sign, 57 or 1/57 for a wrong unit, and near zero for another axis. An accelerometer or
+/// a magnetometer with one axis turned round differs from the gyro about the two others, with two exchanged about all.
 #[derive(Clone, Copy, Debug)]
 pub struct MountingCheck {
     step: Step,
