@@ -8,8 +8,14 @@ use meerkat_mwd::{sensors::TurnFlags, telemetry::SelfTest};
 pub fn self_test_text(test: &SelfTest) -> String {
     let mut found = Vec::new();
     found.push(if test.sensors.is_empty() { "sensors well".to_owned() } else { flags_text(test.sensors) });
-    found.push(norm_text("gravity", test.gravity_mm_s2, "m/s^2", test.gravity_is_plausible(), "9.8"));
-    found.push(norm_text("field", test.field_nt, "uT", test.field_is_plausible(), "20 to 70"));
+    found.push(norm_text("gravity", test.gravity_mm_s2, "m/s^2", test.gravity_is_plausible(), "9.8 (its unit?)"));
+    found.push(norm_text(
+        "field",
+        test.field_nt,
+        "uT",
+        test.field_is_plausible(),
+        "20 to 70 (its unit, or iron near it?)",
+    ));
     found.push(mounting_text(test.turns_seen, test.turns_wrong));
     found.push(
         match test.storage_holds {
@@ -25,11 +31,7 @@ pub fn self_test_text(test: &SelfTest) -> String {
 fn norm_text(name: &str, thousandths: Option<u32>, unit: &str, is_plausible: bool, expected: &str) -> String {
     let Some(thousandths) = thousandths else { return format!("no {name}") };
     let norm = format!("{name} {:.2} {unit}", f64::from(thousandths) * 1e-3);
-    if is_plausible {
-        norm
-    } else {
-        format!("{norm} where {expected} is expected (its unit, or something magnetic or a shock)")
-    }
+    if is_plausible { norm } else { format!("{norm} in place of {expected}") }
 }
 
 /// For x, y and z: whether flags have the turn about it, by the accelerometer and by the magnetometer.
@@ -140,6 +142,6 @@ mod tests {
             assert!(text.contains(said), "{text}");
         }
         let in_g = SelfTest { gravity_mm_s2: Some(1_000), ..test(TurnFlags::all(), TurnFlags::empty()) };
-        assert!(self_test_text(&in_g).starts_with("failed: sensors well, gravity 1.00 m/s^2 where 9.8 is expected"));
+        assert!(self_test_text(&in_g).starts_with("failed: sensors well, gravity 1.00 m/s^2 in place of 9.8"));
     }
 }
