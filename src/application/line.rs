@@ -165,13 +165,19 @@ impl Line {
         let _ = self.queue.push_result(now_us, answer);
     }
 
-    /// Sends the health. A report without room is no loss: the next one tells the same and more.
+    /// Returns true if no answer waits. Else a line that stands still would fill with reports of health, and the answer
+    /// to a command would find no room.
+    pub(super) fn takes_health(&self) -> bool {
+        !self.queue.has_answers()
+    }
+
+    /// Sends the health; call it when [`Self::takes_health`] returns true.
     #[inline(never)]
     pub(super) fn health(&mut self, now_us: u64, health: &Health) {
         let _ = self.queue.push_result(now_us, health);
     }
 
-    /// Sends which program runs, as [`Self::health`] does.
+    /// Sends which program runs. A report without room is no loss: the next one tells the same.
     #[inline(never)]
     pub(super) fn program(&mut self, now_us: u64, program: &ProgramReport) {
         let _ = self.queue.push_result(now_us, program);

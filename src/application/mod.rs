@@ -308,7 +308,8 @@ impl<'a, B: Board> Application<'a, B> {
     #[inline(never)]
     fn telemetry(&mut self) {
         let now_us = self.board.now_us();
-        if now_us >= self.health_us || !self.statics.commands.self_test.is_empty() {
+        let Statics { commands, line, .. } = &self.statics;
+        if (now_us >= self.health_us || !commands.self_test.is_empty()) && line.takes_health() {
             self.health_us = now_us + HEALTH_US;
             reports::health(&self.board, &mut self.statics, &self.counts.delays, now_us);
             self.report_program(now_us);

@@ -1,4 +1,4 @@
-//! Stages of the application, and those that have ended since the watchdog was fed.
+//! Stages of the application, and which of them have come to their end since the watchdog was fed.
 
 /// Stage that has to go on for the probe to be alive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

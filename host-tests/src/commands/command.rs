@@ -200,7 +200,8 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
         (Some(_), Some(probe)) => probe,
         (Some(_), None) => heard(&mut line, deadline)?,
     };
-    match send_counting(&mut line, &command, key.as_mut(), probe, deadline)? {
+    let answer = send_counting(&mut line, &command, key.as_mut(), probe, deadline)?;
+    match answer.map_err(|counters| no_answer(deadline, &counters))? {
         Outcome::Accepted if matches!(args.request, Request::SelfTest) => {
             let found = listen(&mut line, deadline, |message| match message {
                 Message::Health(health) => health.self_test,
@@ -267,21 +268,22 @@ pub(super) fn listen<T>(
     Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
 }
 
-/// Sends a command, once more if the probe has seen a higher counter from another host, and waits for the answer.
+/// Sends a command, once more if the probe has seen a higher counter from another host, and waits for the answer; else
+/// says how much came.
 ///
 /// # Errors
-/// The line failed, or no answer came.
+/// The line failed, or the key cannot be used.
 pub(super) fn send_counting(
     line: &mut Line,
     command: &Command,
     mut key: Option<&mut KeyFile>,
     probe: ProbeId,
     deadline: Duration,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<Result<Outcome, String>> {
     let answer = send(line, command, key.as_deref_mut(), probe, deadline)?;
     match (&answer, key) {
         (
-            Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest }),
+            Ok(Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest })),
             Some(key),
         ) => {
             key.set_latest(*latest)?;
@@ -291,17 +293,17 @@ pub(super) fn send_counting(
     }
 }
 
-/// Sends a command and waits for the answer.
+/// Sends a command and waits for the answer; else says how much came.
 ///
 /// # Errors
-/// The line failed, or no answer came.
-pub(super) fn send(
+/// The line failed, or the key cannot be used.
+fn send(
     line: &mut Line,
     command: &Command,
     key: Option<&mut KeyFile>,
     probe: ProbeId,
     deadline: Duration,
-) -> anyhow::Result<Outcome> {
+) -> anyhow::Result<Result<Outcome, String>> {
     // A late answer to an earlier command must not count: each command has its own sequence number.
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     let sequence = now.as_millis() as u16;
@@ -314,12 +316,15 @@ pub(super) fn send(
         }
         None => frame_of(command, sequence)?,
     };
-    exchange(line, &frame, sequence, deadline)?.map_err(|counters| {
-        let seconds = deadline.as_secs();
-        let what =
-            format!("no answer within {seconds} s ({counters}): whether the command was carried out is not known");
-        Failure::Missing(what).into()
-    })
+    exchange(line, &frame, sequence, deadline)
+}
+
+/// Why a command has no answer, with what came.
+pub(super) fn no_answer(deadline: Duration, counters: &str) -> Failure {
+    let seconds = deadline.as_secs();
+    Failure::Missing(format!(
+        "no answer within {seconds} s ({counters}): whether the command was carried out is not known"
+    ))
 }
 
 /// Sends a frame and waits for the answer to its sequence number; else says how much came.

@@ -14,7 +14,7 @@ use meerkat_mwd::{
 };
 
 use super::{
-    command::{heard, send},
+    command::{heard, no_answer, send_counting},
     toml_file,
 };
 use crate::{
@@ -93,7 +93,8 @@ pub fn run(args: &ProvisionArgs) -> anyhow::Result<()> {
     for (name, record) in records {
         let mut ask = |only_check| {
             let command = Command::Provision { record, only_check };
-            match send(&mut line, &command, None, probe, deadline)? {
+            let answer = send_counting(&mut line, &command, None, probe, deadline)?;
+            match answer.map_err(|counters| no_answer(deadline, &counters))? {
                 Outcome::Accepted => Ok(()),
                 Outcome::Refused(CommandRefusal::NothingThere) => {
                     Err(Failure::BadInput(format!("{name}: the probe holds none")).into())

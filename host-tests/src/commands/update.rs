@@ -15,7 +15,7 @@ use meerkat_mwd::telemetry::{
     Command, CommandRefusal, ImagePart, Kind, MAX_PAYLOAD, Message, Outcome, ProbeId, ProgramReport, encode_payload,
 };
 
-use super::command::{HEALTH, exchange, heard, listen, send_counting};
+use super::command::{HEALTH, exchange, heard, listen, no_answer, send_counting};
 use crate::{
     failure::Failure,
     port::{
@@ -28,6 +28,9 @@ use crate::{
 
 /// Wait for the answer to a part before it is sent again.
 const PART: Duration = Duration::from_secs(2);
+/// Longest wait for the answer to a command before it is given again, also a quarter of the deadline: a survey and a
+/// diagnosis on a line of 9,600 baud go first.
+const COMMAND: Duration = Duration::from_secs(10);
 /// Pause before a command is given again to a probe that moves.
 const MOVING: Duration = Duration::from_secs(2);
 /// Pause before a part is sent again to a probe that still erases.
@@ -92,10 +95,7 @@ pub fn run(args: &UpdateArgs) -> anyhow::Result<()> {
             probe.send(args.number, &bytes)?;
             writeln!(stdout, "image {}: {} bytes written and compared with their digest", args.number, bytes.len())?;
         }
-        probe.ask(&Command::Restart)?;
-        let is_boot = |message| matches!(message, Message::Boot(_)).then_some(());
-        listen(&mut probe.line, deadline, is_boot)?
-            .map_err(|counters| Failure::Missing(format!("the probe does not start anew ({counters})")))?;
+        probe.restart(args.number)?;
     }
     let until = Instant::now() + deadline;
     loop {
@@ -133,19 +133,36 @@ impl Probe {
         })
     }
 
-    /// Gives a command with the key, again while the probe does not stand still.
-    fn ask(&mut self, command: &Command) -> anyhow::Result<()> {
+    /// Gives a command with the key, again while the probe does not stand still. Where the command or its answer was
+    /// lost, the probe's report tells whether it `is_done`; else the command is given again.
+    fn ask(&mut self, command: &Command, is_done: impl Fn(&ProgramReport) -> bool) -> anyhow::Result<()> {
         let until = Instant::now() + self.deadline;
+        let wait = COMMAND.min(self.deadline / 4);
         loop {
-            match send_counting(&mut self.line, command, Some(&mut self.key), self.id, self.deadline)? {
-                Outcome::Accepted => return Ok(()),
-                Outcome::Refused(CommandRefusal::WhileDrilling) if Instant::now() < until => thread::sleep(MOVING),
-                Outcome::Refused(reason) => {
+            let left = until.saturating_duration_since(Instant::now());
+            match send_counting(&mut self.line, command, Some(&mut self.key), self.id, wait)? {
+                Ok(Outcome::Accepted) => return Ok(()),
+                Ok(Outcome::Refused(CommandRefusal::WhileDrilling)) if !left.is_zero() => thread::sleep(MOVING),
+                Ok(Outcome::Refused(reason)) => {
                     return Err(Failure::BadInput(format!("the probe refused: {reason}")).into());
                 }
-                _ => return Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
+                Ok(_) => return Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
+                Err(counters) if left.is_zero() => return Err(no_answer(self.deadline, &counters).into()),
+                Err(_) if is_done(&self.program(HEALTH.max(self.deadline))?) => return Ok(()),
+                Err(_) => (),
             }
         }
+    }
+
+    /// Starts the other image, and waits until the probe starts.
+    fn restart(&mut self, number: u32) -> anyhow::Result<()> {
+        self.ask(&Command::Restart, |report| report.number == number)?;
+        let starts = listen(&mut self.line, self.deadline, |message| match message {
+            Message::Boot(_) => Some(()),
+            Message::Program(report) => (report.number == number).then_some(()),
+            _ => None,
+        })?;
+        starts.map_err(|counters| Failure::Missing(format!("the probe does not start anew ({counters})")).into())
     }
 
     /// Announces the image, sends it part by part, and has it compared with its digest.
@@ -153,7 +170,7 @@ impl Probe {
         let too_long = |_| Failure::BadInput("the image does not fit".to_owned());
         let length = u32::try_from(bytes.len()).map_err(too_long)?;
         let digest = Blake2s256::digest(bytes).into();
-        self.ask(&Command::BeginUpdate { number, length, digest })?;
+        self.ask(&Command::BeginUpdate { number, length, digest }, |_| false)?;
         let mut offset = 0;
         let mut heard = Instant::now();
         while offset < length {
@@ -175,7 +192,7 @@ impl Probe {
             }
             heard = Instant::now();
         }
-        self.ask(&Command::FinishUpdate)
+        self.ask(&Command::FinishUpdate, |report| report.other == Some(number))
     }
 
     /// Sends a part; `None`: nothing answered.

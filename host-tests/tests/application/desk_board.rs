@@ -30,6 +30,8 @@ pub struct Desk {
     pub work_us: u64,
     pub telemetry_us: u64,
     pub bytes_per_s: u32,
+    /// Whether the line takes bytes at this time.
+    pub takes: fn(u64) -> bool,
     /// The next byte from the line at this time.
     pub line: Box<dyn FnMut(u64) -> Option<u8>>,
     /// Time stamp of a sample that was read at this time.
@@ -46,6 +48,7 @@ impl Default for Desk {
             work_us: 250,
             telemetry_us: 60,
             bytes_per_s: 10_368,
+            takes: |_| true,
             line: Box::new(|_| None),
             stamp: |now_us| now_us,
             reads: Box::new(|at_rest| at_rest),
@@ -177,7 +180,8 @@ impl Board for Machine<'_> {
     fn send(&mut self, bytes: &[u8]) -> usize {
         let sent = self.now_us * u64::from(self.desk.bytes_per_s) / 1_000_000;
         self.given = self.given.max(sent);
-        let taken = bytes.len().min(PORT.saturating_sub(self.given - sent) as usize);
+        let room = if (self.desk.takes)(self.now_us) { PORT.saturating_sub(self.given - sent) } else { 0 };
+        let taken = bytes.len().min(room as usize);
         self.given += taken as u64;
         let left_us = self.given * 1_000_000 / u64::from(self.desk.bytes_per_s);
         for byte in &bytes[..taken] {

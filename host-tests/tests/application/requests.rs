@@ -1,7 +1,7 @@
-//! Who has no key and asks without end.
+//! Requests of a host without a key: one that asks without end, one that does not read.
 
 use super::desk_board::{Desk, fly};
-use meerkat_mwd::telemetry::{Command, Kind, MAX_FRAME, MAX_PAYLOAD, Message, encode_frame, encode_payload};
+use meerkat_mwd::telemetry::{Command, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, encode_frame, encode_payload};
 
 /// The same eleven bytes as fast as the line takes them: each asks for a boot of 530. The survey of the rest comes all
 /// the same, at once.
@@ -30,4 +30,29 @@ fn a_flood_of_requests_keeps_no_survey_from_the_line() {
     assert!(survey.is_some_and(|late_us| late_us < 500_000), "{survey:?}");
     // The start's own, four at once and one in two seconds.
     assert!(boots <= 1 + 4 + 10 && (20..=8 + 4 * 20).contains(&answers), "{boots} boots, {answers} answers");
+}
+
+/// For 40 s the line takes nothing, as with a host that is busy elsewhere; then the host asks for a self-test, before it
+/// reads on. Reports of health, one in 5 s, must not have taken the room of the answer, and of what was found.
+#[test]
+fn a_host_that_did_not_read_gets_its_answer() {
+    let (mut payload, mut buffer) = ([0; MAX_PAYLOAD], [0; MAX_FRAME]);
+    let payload = encode_payload(&Command::SelfTest, &mut payload).unwrap();
+    let frame = encode_frame(Kind::Command, 9, payload, &mut buffer).unwrap().to_vec();
+    let mut sent = 0;
+    let line = move |now_us| {
+        let byte = frame.get(sent).filter(|_| now_us > 44_000_000).copied();
+        sent += usize::from(byte.is_some());
+        byte
+    };
+    let takes = |now_us| !(5_000_000..45_000_000).contains(&now_us);
+    let seen = fly(Desk { takes, line: Box::new(line), ..Desk::default() }, 47);
+    let late = seen.messages.iter().filter(|(us, _)| *us > 45_000_000);
+    let answered = late.clone().any(|(_, message)| match message {
+        Message::Acknowledgement(answer) => answer.sequence == 9 && answer.outcome == Outcome::Accepted,
+        _ => false,
+    });
+    let found =
+        late.clone().any(|(_, message)| matches!(message, Message::Health(health) if health.self_test.is_some()));
+    assert!(answered && found, "answered: {answered}, found: {found}");
 }

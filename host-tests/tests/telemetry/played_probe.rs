@@ -8,12 +8,13 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     probe::Output,
     telemetry::{
-        Acknowledgement, AttitudeFormat, Boot, Command, CommandGate, Health, Judgement, MAX_FRAME, Outcome, Situation,
-        StreamConfig, TelemetryQueue,
+        Acknowledgement, AttitudeFormat, Boot, Command, CommandGate, Health, ImagePart, Judgement, Kind, MAX_FRAME,
+        Outcome, ProgramReport, Situation, StreamConfig, TelemetryQueue,
     },
 };
 use std::{
     io::{ErrorKind, Read, Write},
+    mem,
     net::TcpListener,
     thread::{self, JoinHandle},
     time::Duration,
@@ -28,6 +29,8 @@ pub struct Log {
     pub carried_out: Vec<Command>,
     /// Counters that it stored.
     pub counters: Vec<u64>,
+    /// Bytes of the program that came.
+    pub program: Vec<u8>,
 }
 
 /// How it behaves.
@@ -35,6 +38,8 @@ pub struct Log {
 pub struct Manner {
     pub drilling: bool,
     pub deaf: bool,
+    /// It takes another program; its first answer to each command is lost on the line.
+    pub loses_answers: bool,
     /// The latest counter in its memory.
     pub latest: u64,
     /// Samples after which it hangs up; 0 never.
@@ -81,6 +86,8 @@ fn serve(
     let mut heard = [0; 256];
     let boot = Boot { probe: PROBE, restored_model: Some(3), ..Boot::new(*config) };
     queue.push_result(0, &boot).unwrap();
+    let mut program = ProgramReport { number: 1, confirmed: true, other: None, received: None };
+    let mut announced = 0;
     let mut number = 0;
     let mut rounds = 0_u64;
     loop {
@@ -100,6 +107,9 @@ fn serve(
         } else if rounds.is_multiple_of(20) {
             let health = Health { probe: PROBE, t_us: now_us, counters: probe.counters(), ..Health::default() };
             let _ = queue.push_result(now_us, &health);
+            if manner.loses_answers {
+                queue.push_result(now_us, &program).unwrap();
+            }
         }
         while let Some(bytes) = queue.pop(now_us, &mut frame) {
             if stream.write_all(bytes).is_err() {
@@ -123,15 +133,30 @@ fn serve(
             if manner.deaf {
                 continue;
             }
+            if frame.kind == Kind::ImagePart.number() {
+                let part: ImagePart = postcard::from_bytes(frame.payload).unwrap();
+                log.program.extend_from_slice(part.bytes);
+                let answer = Acknowledgement { sequence: frame.sequence, outcome: Outcome::Accepted };
+                queue.push_result(now_us, &answer).unwrap();
+                continue;
+            }
             let situation = Situation { now_us, drilling: manner.drilling };
             let answer = match gate.judge(&frame, situation, store) {
                 Judgement::CarryOut { sequence, command, .. } => {
                     match command {
                         Command::StartRecording { .. } => recording = true,
                         Command::StopRecording => recording = false,
+                        Command::BeginUpdate { number, .. } => announced = number,
+                        Command::FinishUpdate => program.other = Some(announced),
+                        Command::Restart => program = ProgramReport { number: announced, other: Some(1), ..program },
                         _ => {}
                     }
+                    let kind = mem::discriminant(&command);
+                    let is_first = log.carried_out.iter().all(|before| mem::discriminant(before) != kind);
                     log.carried_out.push(command);
+                    if manner.loses_answers && is_first {
+                        continue;
+                    }
                     Acknowledgement { sequence, outcome: Outcome::Accepted }
                 }
                 Judgement::Refuse(answer) => answer,

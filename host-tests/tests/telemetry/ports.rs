@@ -5,6 +5,7 @@ use crate::{
     flown,
     played_probe::{self, Manner},
 };
+use blake2::{Blake2s256, Digest};
 use meerkat_mwd::telemetry::{AttitudeFormat, Command, EarlierModel, Erasure};
 use mwd::{report::attitude_csv::write_attitude_csv, trace::Trace};
 use std::{fs, path::Path, process};
@@ -196,4 +197,25 @@ fn the_monitor_says_what_the_probe_says() {
     let said = mwd(&["monitor", &place, "--once", "--seconds", "1"]);
     assert!(said.out.contains("stored model 3") && said.out.contains("health"), "{}{}", said.out, said.error);
     probe.join().unwrap();
+}
+
+/// The answers to the announcement, to the comparison and to the restart are lost once each: the announcement is made
+/// again, and the probe's own report tells that the other two are done.
+#[test]
+fn an_update_survives_lost_answers() {
+    let (config, samples) = flown::recording("broad_06");
+    let folder = tempfile::tempdir().unwrap();
+    let key = key_in(folder.path());
+    let image = folder.path().join("program.bin");
+    let bytes: Vec<u8> = (0..3_000_u32).map(|k| (k * k / 7) as u8).collect();
+    fs::write(&image, &bytes).unwrap();
+    let (place, probe) = played_probe::start(config, samples, Manner { loses_answers: true, ..Manner::default() }, 1);
+    let image = ["--image", image.to_str().unwrap(), "--number", "2"];
+    let said = mwd(&[&["update", &place, "--key", &key, "--deadline", "4"], &image[..]].concat());
+    assert_eq!(said.status, 0, "{}{}", said.out, said.error);
+    assert!(said.out.contains("program 2: runs and has confirmed itself"), "{}", said.out);
+    let log = probe.join().unwrap();
+    assert_eq!(log.program, bytes);
+    let announced = Command::BeginUpdate { number: 2, length: 3_000, digest: Blake2s256::digest(&bytes).into() };
+    assert_eq!(log.carried_out, [announced, announced, Command::FinishUpdate, Command::Restart]);
 }

@@ -129,6 +129,11 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
         !(self.results.is_empty() && self.answers.is_empty())
     }
 
+    /// Returns true if an answer waits.
+    pub(crate) fn has_answers(&self) -> bool {
+        !self.answers.is_empty()
+    }
+
     /// Returns true if nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
