@@ -8,12 +8,17 @@
 //! | optimiser | method | source |
 //! |---|---|---|
 //! | [`Imoa`] | improved meerkat optimisation, our reading | eq 9 to 29 of the paper, read so that they hold in any coordinates |
-//! | [`ImoaLiteral`] | the same as printed; a baseline | eq 15 to 29 |
-//! | [`Moa`] | meerkat optimisation; a baseline | eq 9 to 14, after Xian and Feng, Expert Systems with Applications 231 (2023) 120482 |
-//! | [`Pso`] | global-best particle swarm with constriction | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
-//! | [`DifferentialEvolution`] | DE/rand/1/bin | Storn and Price, J. Global Optimization 11 (1997) 341 |
-//! | [`RandomSearch`] | uniform draws; the floor of every comparison | |
 //! | [`LevenbergMarquardt`] | damped Gauss-Newton, for costs with normal equations | Marquardt, J. SIAM 11 (1963) 431 |
+//!
+//! With the feature `baseline-searches` also those that it is compared with:
+//!
+//! | optimiser | method | source |
+//! |---|---|---|
+//! | `ImoaLiteral` | IMOA as printed | eq 15 to 29 |
+//! | `Moa` | meerkat optimisation | eq 9 to 14, after Xian and Feng, Expert Systems with Applications 231 (2023) 120482 |
+//! | `Pso` | global-best particle swarm with constriction | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
+//! | `DifferentialEvolution` | DE/rand/1/bin | Storn and Price, J. Global Optimization 11 (1997) 341 |
+//! | `RandomSearch` | uniform draws; the floor of every comparison | |
 //!
 //! Equal cost, space, settings and seed give the same result to the last bit, however the work is sliced. A
 //! cost that is not finite counts as infinite.
@@ -36,25 +41,22 @@
 //! # Ok::<(), OptimizerError>(())
 //! ```
 
-mod differential_evolution;
+#[cfg(feature = "baseline-searches")]
+mod baselines;
 mod imoa;
-mod imoa_literal;
 mod levenberg_marquardt;
-mod moa;
 mod population;
-mod pso;
 mod random;
-mod random_search;
 mod search_space;
 
 pub use crate::algebra::Packed;
-pub use differential_evolution::{DifferentialEvolution, DifferentialEvolutionSettings};
+#[cfg(feature = "baseline-searches")]
+pub use baselines::{
+    DifferentialEvolution, DifferentialEvolutionSettings, ImoaLiteral, ImoaLiteralSettings, Moa, MoaSettings, Pso,
+    PsoSettings, RandomSearch,
+};
 pub use imoa::{Imoa, ImoaSettings, Reward};
-pub use imoa_literal::{ImoaLiteral, ImoaLiteralSettings};
 pub use levenberg_marquardt::{LeastSquaresCost, LevenbergMarquardt};
-pub use moa::{Moa, MoaSettings};
-pub use pso::{Pso, PsoSettings};
-pub use random_search::RandomSearch;
 pub use search_space::{OptimizerError, SearchSpace};
 
 /// Function of `D` variables to be minimised.

@@ -59,6 +59,7 @@ impl<const D: usize, const N: usize> Population<D, N> {
     }
 
     /// Moves a member whatever its new cost.
+    #[cfg(any(test, feature = "baseline-searches"))]
     pub fn replace(&mut self, index: usize, x: [f32; D], cost: f32) {
         self.members[index % N] = x;
         self.costs[index % N] = cost;
@@ -85,25 +86,5 @@ impl<const D: usize, const N: usize> Population<D, N> {
         }
         let hop = 1 + generator.next_u32() as usize % (N - 1);
         (index + hop) % N
-    }
-}
-
-/// Lowest point evaluated so far, for searches whose members may move to worse places.
-#[derive(Clone, Debug)]
-pub(super) struct Incumbent<const D: usize> {
-    pub x: [f32; D],
-    pub cost: f32,
-}
-
-impl<const D: usize> Incumbent<D> {
-    pub const fn new(space: &SearchSpace<D>) -> Self {
-        Self { x: *space.start(), cost: f32::INFINITY }
-    }
-
-    pub const fn offer(&mut self, x: &[f32; D], cost: f32) {
-        if cost < self.cost {
-            self.x = *x;
-            self.cost = cost;
-        }
     }
 }

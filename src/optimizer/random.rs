@@ -25,16 +25,6 @@ pub(crate) fn normal(generator: &mut Xoshiro128PlusPlus) -> f32 {
     (sum as f32 * (1.0 / 65_536.0) - (4.0 - 4.0 / 65_536.0)) * 1.224_744_9
 }
 
-/// Levy flight of exponent 1.5 by Mantegna's method (Phys. Rev. E 49 (1994) 4677): u / |v|^(2/3), u and v
-/// normal, the deviation of u 0.6966. May be infinite.
-// Not inlined, like `normal`.
-#[inline(never)]
-pub(crate) fn levy(generator: &mut Xoshiro128PlusPlus) -> f32 {
-    let u = 0.696_574_5 * normal(generator);
-    let v = libm::fabsf(normal(generator));
-    u / libm::expf(2.0 / 3.0 * libm::logf(v))
-}
-
 /// Cosine of 2 pi a for a in [0, 1): Bhaskara's rational form on half-turns, error under 0.0017, enough for
 /// the spiral's random phase.
 pub(crate) fn cosine_of_turn(a: f32) -> f32 {

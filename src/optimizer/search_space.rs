@@ -1,6 +1,8 @@
 //! Search space of a cost.
 
+#[cfg(any(test, feature = "baseline-searches"))]
 use super::random::uniform;
+#[cfg(any(test, feature = "baseline-searches"))]
 use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Search space: a box, a start in it and the width of the first population.
@@ -150,8 +152,7 @@ impl<const D: usize> SearchSpace<D> {
     }
 
     /// Draws variables outside the box anew, uniformly.
-    // Not inlined: one copy on the chip.
-    #[inline(never)]
+    #[cfg(any(test, feature = "baseline-searches"))]
     pub(super) fn redraw(&self, x: &mut [f32; D], generator: &mut Xoshiro128PlusPlus) {
         for (x, (l, u)) in x.iter_mut().zip(self.bounds()) {
             if !(*x >= l && *x <= u) {

@@ -35,7 +35,8 @@ mod tests {
     use crate::optimizer::SearchSpace;
     use rand_core::SeedableRng;
 
-    /// Least and largest move of the member at 0 towards the best at 0.5, over their distance, of many draws.
+    /// The member stands at 0, the best one at 0.5. Returns the least and the largest move towards the best in many
+    /// draws, as shares of their distance.
     fn way(own: f32, lowest: f32) -> (f32, f32) {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(4);
         let mut population = Population::<3, 2>::new(&SearchSpace::UNIT, 1, &mut generator).unwrap();

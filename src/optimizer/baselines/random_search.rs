@@ -1,8 +1,7 @@
 //! Random search, the lower bar for every method.
 
-use super::{
-    Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Incumbent, random::uniform,
-};
+use super::incumbent::Incumbent;
+use crate::optimizer::{Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, random::uniform};
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 

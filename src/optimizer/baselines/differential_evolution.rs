@@ -1,6 +1,6 @@
 //! Differential evolution, one of the searches that IMOA is compared with.
 
-use super::{
+use crate::optimizer::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Population, random::uniform,
 };
 use rand_core::{Rng, SeedableRng};

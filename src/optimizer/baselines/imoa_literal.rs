@@ -1,8 +1,9 @@
 //! IMOA as the paper prints it, to compare with our reading.
 
-use super::{
+use super::incumbent::Incumbent;
+use crate::optimizer::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
-    population::{Incumbent, Population},
+    population::Population,
     random::{cosine_of_turn, uniform},
 };
 use rand_core::SeedableRng;
@@ -47,7 +48,7 @@ enum Stage {
 }
 
 /// Improved meerkat optimisation as printed (eq 15 to 29, as literally as they can be executed), with `N`
-/// members: a named baseline, never the default. [`super::Imoa`] is the reading that works.
+/// members: a named baseline, never the default. [`Imoa`](crate::optimizer::Imoa) is the reading that works.
 ///
 /// The least-squares estimate of eq 21 is the space's start. A reward (eq 20 to 23) takes 2 D evaluations, a
 /// refraction one a variable. The global and the local phase are equally likely. Eq 28 only restates eq 27,

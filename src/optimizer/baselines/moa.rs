@@ -1,9 +1,10 @@
 //! MOA, the meerkat optimisation algorithm that the paper improves, as printed.
 
-use super::{
+use super::incumbent::Incumbent;
+use crate::optimizer::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost,
-    population::{Incumbent, Population},
-    random::{levy, uniform},
+    population::Population,
+    random::{normal, uniform},
 };
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -183,4 +184,12 @@ impl<C: Cost<D> + ?Sized, const D: usize, const N: usize> Optimizer<C, D> for Mo
         }
         Progress::Running
     }
+}
+
+/// Levy flight of exponent 1.5 by Mantegna's method (Phys. Rev. E 49 (1994) 4677): u / |v|^(2/3), u and v
+/// normal, the deviation of u 0.6966. May be infinite.
+fn levy(generator: &mut Xoshiro128PlusPlus) -> f32 {
+    let u = 0.696_574_5 * normal(generator);
+    let v = libm::fabsf(normal(generator));
+    u / libm::expf(2.0 / 3.0 * libm::logf(v))
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::indexing_slicing)] // Particles are indexed by numbers reduced modulo the swarm.
 
-use super::{
+use crate::optimizer::{
     Cost, Found, Optimizer, OptimizerError, Progress, SearchSpace, finite_cost, population::Population, random::uniform,
 };
 use rand_core::SeedableRng;
