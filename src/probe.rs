@@ -5,9 +5,9 @@ mod corrector;
 mod latency;
 mod output;
 mod pipeline;
-mod queries;
 mod rail;
 mod reading_checks;
+mod session;
 mod staleness;
 #[cfg(feature = "storage")]
 mod stored_model;
@@ -21,19 +21,22 @@ pub use stored_model::NotRestored;
 
 pub use crate::time_step::GAP_PERIODS;
 
+#[cfg(feature = "explanation")]
+use crate::estimator::Estimator;
 use crate::{
-    compensation::{Effect, effect::REFERENCE_TEMPERATURE_C},
+    compensation::{ActiveEffects, Effect, GyroModel, effect::REFERENCE_TEMPERATURE_C, effects::LIBRARY},
     config::{Config, ConfigError, micros},
     diagnosis::DiagnosisReport,
     estimator::{EFFECTS, WINDOW_NODES},
-    identification::{Identifier, WindowReport},
+    identification::{Identifier, WindowCost, WindowReport},
+    magnet::{HardIronCounts, HardIronInterval},
     sample::{Sample, SampleFlags},
-    time_step::{LONGEST_BELIEVED_US, is_gap},
 };
 use corrector::Found;
 use latency::mag_delay_sigma_s;
 use output::count;
 use pipeline::{Pipeline, With};
+use session::{Session, Stamp};
 
 /// Processor cycles budgeted for each unit of identification work. A unit takes up to
 /// [`UNIT_CYCLES`](crate::estimator::UNIT_CYCLES), so that this work takes at most 48 % of the time.
@@ -70,44 +73,6 @@ pub struct Probe<
     session: Session,
     pipeline: Pipeline<Found>,
     identifier: Identifier<NODES, COLUMNS, REPORTS>,
-}
-
-/// State gathered from samples, beside that of the parts that reset themselves. A new configuration resets it as one
-/// value.
-struct Session {
-    counters: Counters,
-    /// Time of the last accepted sample, microseconds; meaningless before the first.
-    last_us: u64,
-    /// Time stamp of the sample before, if that was refused as too far from the last accepted one to be believed alone,
-    /// microseconds; else 0.
-    doubted_us: u64,
-    /// Samples refused since the last accepted one.
-    refused: u32,
-    /// True from the first sample of a time base on.
-    has_begun: bool,
-    /// True if the last sample began a new time base because the clock went back.
-    began_afresh: bool,
-    /// Time of validity of the last output, microseconds.
-    last_valid_us: u64,
-    /// Time at which the estimator's attitude is compared with the filter's, microseconds; 0: it was not asked for.
-    look_due_us: u64,
-    /// Units of identification work done beyond the budgets; the next calls do so many fewer.
-    overspent: u32,
-}
-
-impl Session {
-    /// All zero, for a static.
-    const ZERO: Self = Self {
-        counters: Counters::ZERO,
-        last_us: 0,
-        doubted_us: 0,
-        refused: 0,
-        has_begun: false,
-        began_afresh: false,
-        last_valid_us: 0,
-        look_due_us: 0,
-        overspent: 0,
-    };
 }
 
 impl Probe {
@@ -164,38 +129,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
         let mut sample = sample.sanitised();
         self.pipeline.checks.mark_clipped(&mut sample, &self.config.full_scale);
-        self.session.began_afresh = false;
-        let last_us = if self.session.has_begun { self.session.last_us } else { sample.t_us };
-        let is_far = sample.t_us.abs_diff(last_us) > LONGEST_BELIEVED_US;
-        let doubted_us = core::mem::replace(&mut self.session.doubted_us, 0);
-        let is_confirmed =
-            doubted_us > 0 && doubted_us < sample.t_us && sample.t_us - doubted_us <= LONGEST_BELIEVED_US;
-        let is_old = sample.t_us <= last_us && self.session.has_begun;
-        if if is_far { !is_confirmed } else { is_old } {
-            self.session.doubted_us = if is_far { sample.t_us } else { 0 };
-            count(&mut self.session.counters.out_of_order);
-            count(&mut self.session.refused);
-            return None;
+        match self.session.judge(sample.t_us) {
+            Stamp::Refused => return None,
+            Stamp::OfEarlierClock => self.begin_afresh(),
+            Stamp::Later => {}
         }
-        if is_old {
-            self.begin_afresh();
-        }
-        let first = !self.session.has_begun;
-        self.session.has_begun = true;
-        let step_us = if first { 0 } else { sample.t_us - last_us };
-        // Each refused sample counts as one period of time, whatever its stamp says.
-        let refused = core::mem::replace(&mut self.session.refused, 0);
-        let step_s = step_us as f32 * 1e-6;
-        let refused_s = refused as f32 * self.config.sample_period_us as f32 * 1e-6;
-        let gap = is_gap(step_us, self.config.sample_period_us)
-            || refused > GAP_PERIODS && !first
-            || self.session.began_afresh;
-        if first {
+        let step = self.session.step(sample.t_us, self.config.sample_period_us);
+        if step.is_first {
             self.identifier.start(sample.t_us);
             self.pipeline.watch.start(sample.t_us);
-        } else if gap {
+        } else if step.is_gap {
             count(&mut self.session.counters.gaps);
-            self.identifier.gap(self.session.last_us, sample.t_us, refused_s - step_s);
+            self.identifier.gap(self.session.last_us, sample.t_us, step.refused_s - step.seconds);
             self.pipeline.watch.gap(sample.t_us);
         }
         self.session.last_us = sample.t_us;
@@ -218,8 +163,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             model: self.identifier.flown(),
             library: self.library(),
             gyro_delay_known: found_s != 0.0 || self.config.latency.gyro_s.is_some(),
-            step_s,
-            gap_s: gap.then_some(if refused_s > step_s { refused_s } else { step_s }),
+            step_s: step.seconds,
+            gap_s: step.gap_s(),
         };
         let stepped = self.pipeline.step(&sample, &with);
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
@@ -236,12 +181,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         // No output is valid later than its sample: a gyro that seems early means that both vector sensors are late.
         let t_us = sample.t_us.saturating_sub((delay_s * 1e6) as u64);
         // A delay found just now must not make the output's time go back.
-        let t_us = if first || t_us > self.session.last_valid_us {
-            t_us
-        } else {
-            self.session.last_valid_us.saturating_add(1)
-        };
-        self.session.last_valid_us = t_us;
+        let t_us = self.session.valid_at(t_us, step.is_first);
         Some(Output {
             t_us,
             rate_rad_s: stepped.rate_rad_s.into(),
@@ -258,9 +198,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         if let Some(at_us) = frozen_at_us {
             self.freeze(at_us);
         }
-        self.session.counters = counters;
-        count(&mut self.session.counters.gaps);
-        self.session.began_afresh = true;
+        self.session.begin_afresh(counters);
     }
 
     /// Lets an update that is due take effect before a sample is compensated: the gyro model, and the effects
@@ -320,9 +258,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 
     /// Lets nothing new take effect after an instant of the samples' time, for a part that is held out: the last window
-    /// ends [`latency_s`](crate::config::IdentificationConfig::latency_s) before it, and its result lands on it. A magnet
-    /// that comes later is taken out only if it was known before. Call it after [`Probe::configure`] and two latencies
-    /// ahead; it lasts until the next configuration.
+    /// ends [`latency_s`](crate::config::IdentificationConfig::latency_s) before it, and its result lands on it. A
+    /// magnet that comes later is taken out only if it was known before. Call it after [`Probe::configure`] and two
+    /// latencies ahead; it lasts until the next configuration.
     pub fn freeze(&mut self, at_us: u64) {
         self.identifier.freeze(at_us);
     }
@@ -353,6 +291,90 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             Some(units) => units,
             None => 0,
         }
+    }
+
+    /// Library of effects in use since the last [`Probe::configure`].
+    #[must_use]
+    pub fn library(&self) -> &'static [&'static dyn Effect] {
+        self.library.unwrap_or(&LIBRARY)
+    }
+
+    /// Effects that are taken out of the readings.
+    #[must_use]
+    pub const fn effects(&self) -> &ActiveEffects {
+        self.identifier.effects()
+    }
+
+    /// Configuration in use.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Instant from which nothing new takes effect, as set by [`Probe::freeze`].
+    #[must_use]
+    pub fn frozen_at_us(&self) -> Option<u64> {
+        Some(self.identifier.freeze_us()).filter(|at_us| *at_us < u64::MAX)
+    }
+
+    /// Returns true if the last sample that was taken began a new time base because the clock went back: all that
+    /// was learnt is forgotten, the factory's model flies, and the output is flagged
+    /// [`AFTER_GAP`](crate::attitude::AttitudeFlags::AFTER_GAP).
+    #[must_use]
+    pub const fn began_afresh(&self) -> bool {
+        self.session.began_afresh
+    }
+
+    /// Counters since the configuration.
+    #[must_use]
+    pub const fn counters(&self) -> Counters {
+        Counters {
+            overruns: self.identifier.overruns,
+            reports_lost: self.identifier.reports_lost,
+            diagnoses_lost: self.identifier.diagnoses_lost(),
+            increments_lost: self.identifier.increments_lost(),
+            ..self.session.counters
+        }
+    }
+
+    /// Gyro model in use.
+    #[must_use]
+    pub const fn gyro_model(&self) -> &GyroModel {
+        self.identifier.flown()
+    }
+
+    /// Cost that the search minimises, for trying other optimisers; `None` before there is a posterior. It
+    /// changes with every sample: query it right after a window's report.
+    #[must_use]
+    pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
+        self.identifier.window_cost()
+    }
+
+    /// Does one piece of identification work; returns `false` if none was left.
+    #[cfg(feature = "explanation")]
+    pub fn poll_one(&mut self) -> bool {
+        let is_some = self.identifier.step(&self.config) > 0;
+        let _ = self.identifier.take_report();
+        is_some
+    }
+
+    /// Estimator at its present step; [`Probe::poll_one`] advances it by one.
+    #[cfg(feature = "explanation")]
+    #[must_use]
+    pub const fn estimator(&self) -> &Estimator<f32, NODES, COLUMNS> {
+        self.identifier.estimator()
+    }
+
+    /// Magnets that came while the probe ran, as body-fixed offsets of the field, oldest first: the last eight of
+    /// [`Probe::hard_iron_counts`]. Empty when effects are switched off.
+    pub fn hard_iron_intervals(&self) -> impl Iterator<Item = &HardIronInterval> {
+        self.pipeline.watch.intervals()
+    }
+
+    /// Counters of the watch for magnets since the configuration.
+    #[must_use]
+    pub const fn hard_iron_counts(&self) -> HardIronCounts {
+        self.pipeline.watch.counts()
     }
 }
 

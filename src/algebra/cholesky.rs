@@ -1,6 +1,6 @@
 //! Cholesky factor of a small symmetric matrix, N = L L^T, in either width of numbers. It can replace a pivot that
-//! rounding made negative. That of packed matrices (`packed_cholesky`) multiplies by inverted diagonals and refuses such
-//! a pivot, so that the last bits of the two differ.
+//! rounding made negative. That of packed matrices (`packed_cholesky`) multiplies by inverted diagonals and refuses
+//! such a pivot, so that the last bits of the two differ.
 
 use super::real::Real;
 

@@ -1,6 +1,6 @@
 //! Commands of a host, and their execution.
 
-use super::{Application, Board, Statics, log::info, memory::refusal};
+use super::{Application, Board, Statics, log::info, memory::refusal, update};
 use crate::{
     config::{Config, ConfigError},
     sensors::MountingCheck,
@@ -105,7 +105,7 @@ impl<B: Board> Application<'_, B> {
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
         if frame.kind == Kind::ImagePart.number() {
-            if let Some(answer) = Self::take_part(&mut self.board, &frame) {
+            if let Some(answer) = update::take_part(&mut self.board, &frame) {
                 line.acknowledge(now_us, &answer);
             }
             return true;
@@ -180,10 +180,10 @@ impl<B: Board> Application<'_, B> {
                 }
             }
             Command::BeginUpdate { number, length, digest } => {
-                self.begin_update(&Image { number: *number, length: *length, digest: *digest })?;
+                update::begin(&mut self.board, &Image { number: *number, length: *length, digest: *digest })?;
             }
-            Command::FinishUpdate => self.finish_update()?,
-            Command::Restart => self.restart(now_us)?,
+            Command::FinishUpdate => update::finish(&mut self.board)?,
+            Command::Restart => self.update.restart(&mut self.board, now_us)?,
             Command::SendVibration => {
                 line.dose();
                 burst.send();

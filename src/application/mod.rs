@@ -41,6 +41,7 @@ use crate::{
 use log::info;
 use owed_work::OwedWork;
 use stage::Progress;
+use update::Update;
 
 /// Reports of the vibration dose from one that is stored to the next: half an hour. At 128 bytes each the stored ones
 /// fill a sector of 16 KiB in 64 hours.
@@ -120,10 +121,7 @@ pub struct Application<'a, B: Board> {
     health_us: u64,
     /// When the last round began.
     round_us: u64,
-    /// When the program restarts, if a command has asked for it.
-    restart_us: Option<u64>,
-    /// Attempts to confirm the program.
-    confirmations: u8,
+    update: Update,
     counts: Counts,
 }
 
@@ -159,8 +157,7 @@ impl<'a, B: Board> Application<'a, B> {
             // The first report is the boot's, at the first sample; without a sample it is this one.
             health_us: SILENT_US,
             round_us: 0,
-            restart_us: None,
-            confirmations: 0,
+            update: Update::new(),
             counts: Counts::default(),
         })
     }
@@ -201,7 +198,7 @@ impl<'a, B: Board> Application<'a, B> {
         line.clock_went_back();
         commands.recording.stop(true);
         self.health_us = now_us;
-        self.restart_us = self.restart_us.map(|_| now_us);
+        self.update.clock_went_back(now_us);
     }
 
     fn enter(&mut self, stage: Stage) {
@@ -312,7 +309,7 @@ impl<'a, B: Board> Application<'a, B> {
         if (now_us >= self.health_us || !commands.self_test.is_empty()) && line.takes_health() {
             self.health_us = now_us + HEALTH_US;
             reports::health(&self.board, &mut self.statics, &self.counts.delays, now_us);
-            self.report_program(now_us);
+            reports::program(&mut self.board, &mut self.statics, now_us);
         }
         self.take_diagnosis(now_us);
         self.receive(now_us);
@@ -322,7 +319,9 @@ impl<'a, B: Board> Application<'a, B> {
             reports::boot(&self.board, &mut self.statics, self.first_sequence, now_us);
         }
         self.statics.line.transmit(&mut self.board);
-        self.go_on_updating();
+        let now_us = self.board.now_us();
+        let stands_still = self.statics.surveyor.stands_still(now_us);
+        self.update.go_on(&mut self.board, now_us, stands_still);
     }
 
     #[inline(never)]
@@ -348,7 +347,7 @@ impl<'a, B: Board> Application<'a, B> {
         if self.progress.take_if_whole() {
             self.board.feed_watchdog();
             self.counts.watchdog_fed = self.counts.watchdog_fed.wrapping_add(1);
-            self.confirm_program();
+            self.update.confirm(&mut self.board);
         }
     }
 }

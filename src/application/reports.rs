@@ -53,3 +53,11 @@ pub(super) fn health<B: Board>(board: &B, statics: &mut Statics<'_, B::Flash>, d
     };
     line.health(now_us, &health);
 }
+
+/// Sends which program runs, where another one can be received.
+#[inline(never)]
+pub(super) fn program<B: Board>(board: &mut B, statics: &mut Statics<'_, B::Flash>, now_us: u64) {
+    if let Some(report) = board.program_update().map(|update| update.report()) {
+        statics.line.program(now_us, &report);
+    }
+}

@@ -17,7 +17,8 @@ use nalgebra::Vector3;
 const SMOOTHING_S: f32 = 0.1;
 /// Tolerance of the force's norm against gravity, relative: five times [`FORCE_SIGMA_RAD`].
 const NORM_TOLERANCE: f32 = 0.25;
-/// Gate of the angle between a vector and the attitude, in deviations: exceeded by chance once in 400.
+/// Limit of the angle between gravity or field as read and as the attitude predicts it, in standard deviations: chance
+/// exceeds it once in 400.
 const GATE: f32 = 3.0;
 /// Largest squared chord that a gate allows: an attitude off by more than 60 deg counts as wrong, however uncertain it
 /// is.

@@ -11,8 +11,9 @@ const MEMORY_S: f32 = 10.0 * CORRELATION_S;
 /// Least ratio that is stated: ten independent innovations cannot show one below a tenth.
 const LEAST: f32 = CORRELATION_S / MEMORY_S;
 
-/// Mean squared innovations over the variances that the filter expects. The filter's gain assumes the largest errors
-/// that sensors and motion may have; the covariance that it states is reduced by these means to the errors they show.
+/// Means of the squared innovations, each over the variance that the filter expects. The filter's gain assumes the
+/// largest errors that sensors and motion may have. The covariance that it states is smaller by these ratios: it is
+/// that of the errors that the innovations show.
 pub(super) struct Consistency {
     tilt: f32,
     heading: f32,

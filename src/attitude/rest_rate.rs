@@ -22,7 +22,7 @@ const UNKNOWN: f32 = 1.0;
 pub(super) struct RestRate {
     /// Mean before the change, rad/s.
     pub mean: Vector3<f32>,
-    /// Its variance, of each axis, (rad/s)^2; unknown before the first blocks.
+    /// Variance of that mean, on each axis, (rad/s)^2; [`UNKNOWN`] before the first blocks.
     pub variance: f32,
     /// Latest mean less that one, rad/s.
     latest: Vector3<f32>,
@@ -71,7 +71,7 @@ impl RestRate {
         let variance = self.variance + self.scatter / if n < LIKE { n } else { LIKE };
         self.is_changed = self.latest.norm_squared() > IN_A_MILLION * variance;
         if !self.is_changed {
-            // Of the latest mean, so that the first blocks of a change hardly enter.
+            // The scatter of the latest mean, so that the first blocks of a change hardly enter.
             let floor = self.scatter / f32::from(MOST);
             let gain = self.variance / (self.variance + self.scatter);
             let part = self.latest * gain;

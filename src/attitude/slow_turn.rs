@@ -73,7 +73,7 @@ struct Mean {
     norm: f32,
     /// Cosine of the angle between force and field.
     dip_cosine: f32,
-    /// Of the field in the earth frame, rad.
+    /// Heading of the field in the earth frame, rad.
     heading: f32,
     /// Variance of the direction about an axis, rad^2.
     variance: f32,

@@ -253,8 +253,8 @@ impl Tilt {
     }
 
     /// Horizontal part, m/s^2, of a smoothed force that is further from the vertical than shaking of this spectral
-    /// density ((m/s^2)^2/Hz) and the accelerometer's constant error explain; of the two means the one further off, zero
-    /// if neither is. On a drill string no acceleration lasts for half a second, so the tilt is off by this angle.
+    /// density ((m/s^2)^2/Hz) and the accelerometer's constant error explain; of the two means the one further off,
+    /// zero if neither is. On a drill string no acceleration lasts for half a second, so the tilt is off by this angle.
     fn leaning(&self, density: f32, settings: &Settings) -> Vector2<f32> {
         let mut furthest = Vector2::zeros();
         if !settings.goes_round || !self.is_settled() {

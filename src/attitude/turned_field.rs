@@ -46,8 +46,8 @@ impl TurnedField {
         }
     }
 
-    /// Takes a reading of the field, north, east and down. Returns true if it is further from the last field that agreed
-    /// with the attitude than the noise allows.
+    /// Takes a reading of the field, north, east and down. Returns true if it is further from the last field that
+    /// agreed with the attitude than the noise allows.
     pub(super) fn update(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
         let square = (field_ut - self.agreed_ut).norm_squared();
         let beyond = square - GATE * self.noise_ut2;

@@ -1,4 +1,4 @@
-//! Adapter with another frame period than its part's data sheet has.
+//! Emulated part that gives a frame in each sample period of a recording, whatever period its data sheet states.
 
 use crate::sensors::{Burst, PartData, StartError, StartStep, blocking::Part};
 

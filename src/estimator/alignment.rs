@@ -31,7 +31,8 @@ impl<T: Real> Alignment<T> {
         self.rotation = identity();
     }
 
-    /// Adds a node; one without force restarts the average. Returns true once the average is long enough.
+    /// Adds a node to the average of force and field; a node with too few readings of force begins it anew. Returns
+    /// true once the average is long enough to give an attitude.
     pub fn add(&mut self, pre: &Preintegration<T>, after_gap: bool) -> bool {
         if pre.forces < pre.increments {
             self.start();

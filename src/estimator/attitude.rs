@@ -7,6 +7,7 @@
 use super::{
     Estimator,
     columns::{FIELD, GLOBALS, NODE},
+    filter::Filter,
     increment::Item,
     real::{Real, rotation},
 };
@@ -36,18 +37,17 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.known_attitude.first()
     }
+}
 
-    /// Notes the attitude at the end of the latest increment, which may still wait for its successor.
-    pub(super) fn note_attitude(&mut self) {
-        self.known_attitude.clear();
+impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
+    /// Attitude at the end of the latest increment, which may still wait for its successor; `None` if it or its heading
+    /// is unknown.
+    pub(super) fn attitude(&self) -> Option<KnownAttitude> {
         let field = self.node.field;
         let level = field.x * field.x + field.y * field.y;
         let is_level = level > T::of(LEAST_LEVEL_SQUARE) * (level + field.z * field.z);
-        let Some(held) =
-            self.course.neighbours.held().filter(|_| self.course.is_aligned && self.node.has_field && is_level)
-        else {
-            return;
-        };
+        let is_known = self.course.is_aligned && self.node.has_field && is_level;
+        let held = self.course.neighbours.held().filter(|_| is_known)?;
         let (north, west) = (field.x / level.root(), field.y / level.root());
         // Rows: north, east and down in the node's own frame, whose z is up.
         let turn = Matrix3::new(north, west, T::ZERO, west, -north, T::ZERO, T::ZERO, T::ZERO, -T::ONE);
@@ -72,10 +72,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let late = if self.settings.is_instant { T::of(0.5 * self.settings.sample_period_s) } else { T::ZERO };
         let last = self.parameters.p * (held.rate - self.parameters.bias) * (held.seconds - late);
         let attitude = turn * self.node.attitude * self.pre.rotation * rotation(&last);
-        let known =
-            KnownAttitude { rotation: attitude.map(|x| x.narrow()), covariance: covariance.map(|x| x.narrow()) };
-        // Just emptied, so there is room.
-        let _ = self.known_attitude.push(known);
+        Some(KnownAttitude { rotation: attitude.map(|x| x.narrow()), covariance: covariance.map(|x| x.narrow()) })
     }
 
     /// Returns R^-T d for the root R of node and globals and a combination d of the node's states, in which the

@@ -49,7 +49,8 @@ const OF_MAGNETOMETER: &str =
 /// diagonal terms along (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6, then xy xz yz, over sqrt 2 as those of the next.
 pub const MAG_SHAPE: Group =
     Group { name: "magnetometer shape", unit: "1", from: 0, count: 5, source: OF_MAGNETOMETER };
-/// Place of the second diagonal term within the magnetometer's shape: more across the tool's axis, less along it.
+/// Index, within the magnetometer's shape, of the second diagonal term: a larger gain across the tool's axis and a
+/// smaller one along it.
 pub(super) const ALONG: usize = 1;
 /// Antisymmetric part of the magnetometer matrix: a turn of its axes. xy xz yz, over sqrt 2, so that a prior of equal
 /// widths is one of independent elements of the matrix.

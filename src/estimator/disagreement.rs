@@ -1,7 +1,10 @@
 //! Duration of a sensor's contradiction: a disturbance passes; a contradiction that stays is a change, and is learnt
 //! anew.
 
-use super::real::Real;
+use super::{
+    reading::{Agreement, Readings},
+    real::Real,
+};
 
 /// Seconds from which on a contradiction is no disturbance: the estimate that the sensor contradicts is wrong.
 const FOR_GOOD_S: f32 = 20.0;
@@ -61,6 +64,19 @@ pub(super) struct Disagreements<T> {
 impl<T: Real> Disagreements<T> {
     pub const fn zero() -> Self {
         Self { field: Disagreement::zero(), force: Disagreement::zero(), gyro: Disagreement::zero() }
+    }
+
+    /// Returns for field and force whether they have contradicted what is estimated for too long for it to be right: of
+    /// the field the earth's, the hard iron and the attitude, of the force the attitude.
+    pub fn for_good(&mut self, agreement: &Agreement<T>, seconds: T) -> [bool; 2] {
+        let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
+            Readings::Contradicted => of.contradicted(seconds),
+            Readings::Used | Readings::Missing => {
+                *of = Disagreement::zero();
+                false
+            }
+        };
+        [is_for_good(agreement.field, &mut self.field), is_for_good(agreement.force, &mut self.force)]
     }
 }
 

@@ -2,10 +2,11 @@
 //! changes the filter.
 
 use super::{
-    Estimator, Task,
+    Estimator,
     averaging::Averaging,
     candidates::Candidates,
     columns::{GLOBALS, P},
+    filter::Task,
     real::Real,
     rows::SCRATCH,
     rows::WIDTH,
@@ -51,7 +52,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// work. To be asked after each [`Estimator::step`].
     #[must_use]
     pub fn moved_by_rows(&self) -> Option<MovedByRows> {
-        let is_fresh = self.task == Task::Eliminating && self.update.is_fresh();
+        let is_fresh = self.filter.task == Task::Eliminating && self.filter.update.is_fresh();
         is_fresh.then(|| {
             let [field, velocity, position, rest] =
                 [FIELD_READ, VELOCITY_BOUND, POSITION_BOUND, BY_REST].map(|block| self.moved_by(block));
@@ -61,7 +62,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
 
     /// Change of P by the constants of this block of rows alone.
     fn moved_by(&self, block: usize) -> [f32; 9] {
-        let (mut update, mut globals) = (self.update, self.globals);
+        let (mut update, mut globals) = (self.filter.update, self.filter.globals);
         update.keep_constants(block);
         let mut none = [[T::ZERO; 0]; SCRATCH];
         let mut candidates = Candidates::zero();
@@ -74,7 +75,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let mut moved = [0.0; 9];
         for (moved, column) in moved.iter_mut().zip(P.columns()) {
             let of = |all: &[T; GLOBALS]| all.get(column).copied().unwrap_or(T::ZERO);
-            *moved = (of(&change) * of(&self.prior.sigma)).narrow();
+            *moved = (of(&change) * of(&self.filter.prior.sigma)).narrow();
         }
         moved
     }
@@ -83,10 +84,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// To be asked after each [`Estimator::step`].
     #[must_use]
     pub fn width_evidence(&self) -> Option<WidthEvidence> {
-        if self.task != Task::Averaging || !self.averaging.is_fresh() {
-            return None;
-        }
-        let grid = &self.settings.widths;
+        self.closing.fresh_average()?;
+        let grid = &self.filter.settings.widths;
         let mut scratch = [[T::ZERO; WIDTH]; SCRATCH];
         let mut all = LogMean::new();
         let mut of_group = [LogMean::new(); GROUPS];
@@ -94,7 +93,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         for set in Sets::of(grid) {
             let widths = grid.only(set);
             let mut one = Averaging::zero();
-            one.start(&self.globals, &widths, &mut scratch);
+            one.start(&self.filter.globals, &widths, &mut scratch);
             one.gather(0..GLOBALS, &mut scratch);
             while one.step(&mut scratch) {}
             let log = one.log_evidence().narrow();

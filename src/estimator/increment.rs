@@ -20,8 +20,8 @@ const LONGEST_TURN_RAD: f32 = 0.5;
 /// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
 /// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
-/// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part that
-/// is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
+/// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part
+/// that is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
 const LONGEST_LOSS_S: f32 = 0.1;
 /// Longest gap in one item, seconds; a longer gap becomes several items.
 const LONGEST_GAP_S: f32 = 1.0;

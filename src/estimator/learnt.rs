@@ -2,9 +2,10 @@
 //! that no buffer holds all of them. `storage/learnt_parts.rs` writes them to flash.
 
 use super::{
-    Estimator, Task,
+    Estimator,
     columns::{GLOBALS, NUISANCES},
     drift,
+    filter::Task,
     globals::Globals,
 };
 use crate::config::Config;
@@ -107,9 +108,9 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     /// Returns the filter's state; `None` while an update changes it.
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
-        let is_whole = !matches!(self.task, Task::Absorbing(_) | Task::Walking(_));
-        let head = LearntHead { fingerprint, update: self.updates, motion_s: self.course.motion_s };
-        is_whole.then_some(Learnt { head, globals: &self.globals })
+        let is_whole = !matches!(self.filter.task, Task::Absorbing(_) | Task::Walking(_));
+        let head = LearntHead { fingerprint, update: self.filter.updates, motion_s: self.filter.course.motion_s };
+        is_whole.then_some(Learnt { head, globals: &self.filter.globals })
     }
 
     /// Sets number `k` of what an earlier session learnt, and does nothing beyond the last. Call
@@ -117,12 +118,12 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     pub fn set_learnt(&mut self, k: usize, number: f32) {
         match place(k) {
             Some((row, GLOBALS)) => {
-                if let Some(x) = self.globals.x.get_mut(row) {
+                if let Some(x) = self.filter.globals.x.get_mut(row) {
                     *x = number;
                 }
             }
             Some((row, column)) => {
-                if let Some(x) = self.globals.root.get_mut(row).and_then(|row| row.get_mut(column)) {
+                if let Some(x) = self.filter.globals.root.get_mut(row).and_then(|row| row.get_mut(column)) {
                     *x = number;
                 }
             }
@@ -132,7 +133,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
 
     /// Forgets the numbers that were set.
     pub fn drop_learnt(&mut self) {
-        self.globals.start();
+        self.filter.globals.start();
     }
 
     /// Goes on from the numbers that were set, widened by the drift while the probe was off. P is not taken from them:
@@ -143,18 +144,18 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     /// # Errors
     /// The numbers are no root; the filter then starts without them.
     pub fn go_on(&mut self, motion_s: f32) -> Result<(), NotContinued> {
-        let is_root = self.globals.is_root() && motion_s >= 0.0 && motion_s.is_finite();
-        for (column, width) in self.prior.sigma.iter().enumerate() {
+        let is_root = self.filter.globals.is_root() && motion_s >= 0.0 && motion_s.is_finite();
+        for (column, width) in self.filter.prior.sigma.iter().enumerate() {
             // A column that is not in use keeps its prior.
-            self.globals.relax(column, drift::kept(column, *width));
+            self.filter.globals.relax(column, drift::kept(column, *width));
         }
         // Finite numbers may have been too large to be squared.
-        if !(is_root && self.globals.is_root()) {
+        if !(is_root && self.filter.globals.is_root()) {
             self.drop_learnt();
             return Err(NotContinued::NotARoot);
         }
-        self.course.motion_s = motion_s;
-        self.linearise();
+        self.filter.course.motion_s = motion_s;
+        self.filter.linearise();
         Ok(())
     }
 }

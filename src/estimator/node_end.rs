@@ -1,178 +1,140 @@
 //! End of a node: its increments become a rest to start from, a part of an alignment, or the rows of an update.
 
 use super::{
-    Estimator, Kind, Task,
-    columns::{HARD_IRON, NUISANCES},
-    disagreement::{Disagreement, Disagreements},
+    columns::HARD_IRON,
+    filter::{Filter, Task},
     gate::attitude_variance,
-    preintegration::GYRO,
-    reading::{Agreement, Readings, Taken},
+    node::Kind,
+    reading::{Readings, Taken},
     real::{Real, norm},
 };
 
-impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
-    /// Not inlined: its calls are counted (`cargo mwd bench --target`), as are those of elimination and absorption.
+/// Fate of a node when an increment has been added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NodeEnd {
+    /// It goes on.
+    NotYet,
+    /// It has ended.
+    Ended,
+    /// It has ended, and the filter with it, which begins anew: the gyro is another than the one that was learnt.
+    BegunAnew,
+}
+
+impl NodeEnd {
+    /// Ends the node in progress.
+    // Not inlined: its calls are counted (`cargo mwd bench --target`), as are those of elimination and absorption.
     #[inline(never)]
-    pub(super) fn end_node(&mut self) {
-        let seconds = self.pre.seconds;
-        self.kind = if self.rests.judge(&self.pre, &self.settings) { Kind::Rest } else { Kind::Moving };
-        if self.kind == Kind::Rest && !self.course.has_begun {
-            self.shares.unread.add(T::ZERO, seconds);
-            self.start_at_rest();
-            return;
+    pub fn of<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) -> Self {
+        let seconds = filter.pre.seconds;
+        filter.kind = if filter.rests.judge(&filter.pre, &filter.settings) { Kind::Rest } else { Kind::Moving };
+        if filter.kind == Kind::Rest && !filter.course.has_begun {
+            filter.shares.unread.add(T::ZERO, seconds);
+            start_at_rest(filter);
+            return Self::Ended;
         }
-        if !self.course.is_aligned {
-            self.shares.unread.add(T::ZERO, seconds);
-            self.course.disagreements.gyro.passed(seconds);
-            self.align();
-            return;
+        if !filter.course.is_aligned {
+            filter.shares.unread.add(T::ZERO, seconds);
+            filter.course.disagreements.gyro.passed(seconds);
+            align(filter);
+            return Self::Ended;
         }
         let taken = Taken {
-            pre: &self.pre,
-            parameters: &self.parameters,
-            globals: &self.globals,
-            settings: &self.settings,
-            field_unit: self.course.field_unit,
-            sigma: &self.prior.sigma,
-            unknown: self.unknown_rotation(),
-            kind: self.kind,
+            pre: &filter.pre,
+            parameters: &filter.parameters,
+            globals: &filter.globals,
+            settings: &filter.settings,
+            field_unit: filter.course.field_unit,
+            sigma: &filter.prior.sigma,
+            unknown: filter.unknown_rotation(),
+            kind: filter.kind,
         };
-        let attitude = self.node.attitude;
-        let agreement = self.update.assemble(&mut self.node, &taken);
-        if agreement.field == Readings::Used && self.settings.noise.field_is_even {
-            self.course.pointing.add(&self.node.linear_at, attitude_variance(&self.node, &self.globals));
+        let attitude = filter.node.attitude;
+        let agreement = filter.update.assemble(&mut filter.node, &taken);
+        if agreement.field == Readings::Used && filter.settings.noise.field_is_even {
+            filter.course.pointing.add(&filter.node.linear_at, attitude_variance(&filter.node, &filter.globals));
         }
-        self.candidates.fill(&mut self.further, &self.update.rows, &self.node.linear_at, &self.pre, self.kind);
+        let rows = &filter.update.rows;
+        filter.candidates.fill(&mut filter.further, rows, &filter.node.linear_at, &filter.pre, filter.kind);
         if agreement.field == Readings::Contradicted {
-            self.remainder.contradict();
+            filter.remainder.contradict();
         }
-        if let Some(innovation) = agreement.innovation.filter(|_| self.kind == Kind::Moving) {
-            let turn = self.node.field.cross(&innovation) / norm(&self.node.field);
+        if let Some(innovation) = agreement.innovation.filter(|_| filter.kind == Kind::Moving) {
+            let turn = filter.node.field.cross(&innovation) / norm(&filter.node.field);
             let both = [attitude.transpose() * turn, innovation];
-            self.remainder.add(seconds.narrow(), both.map(|v| v.map(|x| x.narrow())));
+            filter.remainder.add(seconds.narrow(), both.map(|v| v.map(|x| x.narrow())));
         }
-        if self.kind == Kind::Moving {
-            self.shares.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
+        if filter.kind == Kind::Moving {
+            filter.shares.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
         }
         if agreement.is_turned {
-            self.shares.unread.add(T::ONE, seconds);
-            if self.course.disagreements.gyro.contradicted(seconds) {
-                // The gyro is another than the one that was learnt: the filter begins anew.
-                self.begin();
-                return;
+            filter.shares.unread.add(T::ONE, seconds);
+            if filter.course.disagreements.gyro.contradicted(seconds) {
+                filter.begin();
+                return Self::BegunAnew;
             }
-            self.gap(T::ZERO);
-            return;
+            filter.gap(T::ZERO);
+            return Self::Ended;
         }
-        self.course.disagreements.gyro.agreed(seconds);
-        self.shares.unread.add(T::ZERO, seconds);
-        if self.is_contradicted_for_good(&agreement) {
-            return;
-        }
-        if self.kind == Kind::Moving {
-            self.course.motion_s += seconds;
-            let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
-            self.shares.fieldless.add(fieldless, seconds);
-        }
-        self.course.unwalked_s += seconds;
-        self.task = Task::Eliminating;
-    }
-
-    /// Forgets estimates that have contradicted the readings of field or force for too long to be right: the
-    /// attitude, and for the field the earth's and the hard iron, which a shock may have changed.
-    fn is_contradicted_for_good(&mut self, agreement: &Agreement<T>) -> bool {
-        let seconds = self.pre.seconds;
-        let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
-            Readings::Contradicted => of.contradicted(seconds),
-            Readings::Used | Readings::Missing => {
-                *of = Disagreement::zero();
-                false
-            }
-        };
-        let Disagreements { field, force, .. } = &mut self.course.disagreements;
-        let by_field = is_for_good(agreement.field, field);
-        let by_force = is_for_good(agreement.force, force);
+        filter.course.disagreements.gyro.agreed(seconds);
+        filter.shares.unread.add(T::ZERO, seconds);
+        let [by_field, by_force] = filter.course.disagreements.for_good(&agreement, seconds);
         if by_field {
-            self.node.has_field = false;
-            self.node.referred = 0;
-            for column in HARD_IRON.columns() {
-                self.candidates.widen(&mut self.globals, column, T::ONE);
-            }
-            self.task = Task::Walking(0);
+            forget_field(filter);
         }
         if by_field || by_force {
-            self.gap(T::ZERO);
+            filter.gap(T::ZERO);
+            return Self::Ended;
         }
-        by_field || by_force
-    }
-
-    /// Variance of the node's rotation by the uncertainty of bias and P, rad^2.
-    pub(super) fn unknown_rotation(&self) -> T {
-        let sigma = self.prior.sigma.iter().skip(NUISANCES);
-        let mut by = [[T::ZERO; GYRO]; 3];
-        for ((k, of), sigma) in self.pre.by_gyro.iter().enumerate().zip(sigma) {
-            for (by, of) in by.iter_mut().zip(of.iter()) {
-                if let Some(slot) = by.get_mut(k) {
-                    *slot = *of * *sigma;
-                }
-            }
+        if filter.kind == Kind::Moving {
+            filter.course.motion_s += seconds;
+            let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
+            filter.shares.fieldless.add(fieldless, seconds);
         }
-        by.iter().fold(T::ZERO, |sum, by| sum + self.globals.variance(by))
+        filter.course.unwalked_s += seconds;
+        filter.task = Task::Eliminating;
+        Self::Ended
     }
+}
 
-    /// Axes of the body that have not turned, in a drill string: there the earth's field is the same over the whole
-    /// path, and only turns of an axis or a declared field tell a constant field along it from the earth's.
-    pub(super) fn unturned(&self) -> [bool; 3] {
-        if self.settings.noise.field_is_even { self.course.pointing.hides() } else { [false; 3] }
+/// Forgets the earth's field and the hard iron, which a shock may have changed.
+fn forget_field<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
+    filter.node.has_field = false;
+    filter.node.referred = 0;
+    for column in HARD_IRON.columns() {
+        filter.candidates.widen(&mut filter.globals, column, T::ONE);
     }
+    filter.task = Task::Walking(0);
+}
 
-    /// Begins a node.
-    pub(super) fn start_node(&mut self) {
-        self.pre.start();
-        self.candidates.start_node();
-        self.remainder.start_node();
+/// Starts at a rest before anything else: its mean rate is the first bias, its mean force gives the attitude.
+fn start_at_rest<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
+    filter.bias = filter.rests.rate - filter.pre.mean_taken_out();
+    filter.linearise();
+    if filter.pre.forces > 0 {
+        filter.node.start(&filter.pre.forces_read, &filter.settings.noise);
+        (filter.course.is_aligned, filter.course.has_begun) = (true, true);
     }
+    filter.course.gap_s = T::ZERO;
+    filter.start_node();
+}
 
-    /// Starts at a rest before anything else: its mean rate is the first bias, its mean force gives the attitude.
-    fn start_at_rest(&mut self) {
-        self.bias = self.rests.rate - self.pre.mean_taken_out();
-        self.linearise();
-        if self.pre.forces > 0 {
-            self.node.start(&self.pre.forces_read, &self.settings.noise);
-            (self.course.is_aligned, self.course.has_begun) = (true, true);
+/// Adds a node to an alignment: at a start in motion, or after a gap.
+fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
+    let is_enough = filter.course.alignment.add(&filter.pre, filter.course.has_begun);
+    filter.start_node();
+    if !is_enough {
+        return;
+    }
+    let [force, field] = filter.course.alignment.vectors();
+    if filter.course.has_begun {
+        let kept = filter.node.realign(&force, &field, filter.course.gap_s, &filter.settings.noise);
+        filter.candidates.forget_node(kept.unwrap_or(T::ZERO));
+        if kept.is_none() {
+            filter.course.pointing.turn_anew();
         }
-        self.course.gap_s = T::ZERO;
-        self.start_node();
+    } else {
+        filter.node.start(&force, &filter.settings.noise);
     }
-
-    /// Adds a node to an alignment: at a start in motion, or after a gap.
-    fn align(&mut self) {
-        let is_enough = self.course.alignment.add(&self.pre, self.course.has_begun);
-        self.start_node();
-        if !is_enough {
-            return;
-        }
-        let [force, field] = self.course.alignment.vectors();
-        if self.course.has_begun {
-            let kept = self.node.realign(&force, &field, self.course.gap_s, &self.settings.noise);
-            self.candidates.forget_node(kept.unwrap_or(T::ZERO));
-            if kept.is_none() {
-                self.course.pointing.turn_anew();
-            }
-        } else {
-            self.node.start(&force, &self.settings.noise);
-        }
-        (self.course.is_aligned, self.course.has_begun) = (true, true);
-        self.course.gap_s = T::ZERO;
-    }
-
-    /// Notes seconds in which the rotation of the probe was unknown; the attitude is then aligned anew.
-    pub(super) fn gap(&mut self, seconds: T) {
-        self.start_node();
-        self.rests.interrupt();
-        self.course.neighbours.forget_before();
-        self.course.is_aligned = false;
-        self.course.alignment.start();
-        self.course.gap_s += seconds;
-    }
+    (filter.course.is_aligned, filter.course.has_begun) = (true, true);
+    filter.course.gap_s = T::ZERO;
 }

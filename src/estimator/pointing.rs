@@ -1,22 +1,22 @@
 //! Directions in which the body's axes have pointed. A constant field along an axis that always points the same way is
-//! part of the earth's: what seems to tell them apart is the noise of the attitudes at which rows are made linear. So it
-//! is along one that turns slowly, with the hole: its turns of hours are no larger than the errors of the attitude, which
-//! come and go within minutes, and pass for iron of several microtesla.
+//! part of the earth's: what seems to tell them apart is the noise of the attitudes at which rows are made linear. So
+//! it is along one that turns slowly, with the hole: its turns of hours are no larger than the errors of the attitude,
+//! which come and go within minutes, and pass for iron of several microtesla.
 
 use super::real::{M3, Real, square, zero33};
 
-/// Mean square turn of an axis, in variances of the attitude, from which on a constant field along it shows: at least half
-/// of what tells it from the earth's are then turns, and no noise. Without any turn it stays below 1.1 over simulated
-/// days, because most of the attitude's error lasts for longer than a minute.
+/// Mean square turn of an axis, in variances of the attitude, from which on a constant field along it shows: at least
+/// half of what tells it from the earth's are then turns, and no noise. Without any turn it stays below 1.1 over
+/// simulated days, because most of the attitude's error lasts for longer than a minute.
 const SHOWN_BY: f32 = 2.0;
-/// Squared turn that a node counts for at most, in variances of the attitude: some nodes with a wrong attitude, as a fault
-/// leaves, are no turn. Wobble of one size throughout counts in full up to twice what shows.
+/// Squared turn that a node counts for at most, in variances of the attitude: some nodes with a wrong attitude, as a
+/// fault leaves, are no turn. Wobble of one size throughout counts in full up to twice what shows.
 const MOST: f32 = 4.0 * SHOWN_BY;
 /// Nodes that a mean direction remembers: about a minute, some periods of the slowest wobble of a string.
 const REMEMBERED: f32 = 128.0;
 
-/// Angle between an axis of the sensors and the one that it stands for, rad: three deviations of what a gyro's matrix turns
-/// off the axes, 3 %.
+/// Angle between an axis of the sensors and the one that it stands for, rad: three deviations of what a gyro's matrix
+/// turns off the axes, 3 %.
 const TILT_RAD: f32 = 0.1;
 
 /// Scatter of the body's axes in the earth frame.
@@ -28,7 +28,7 @@ pub(super) struct Pointing<T> {
     nodes: T,
 }
 
-/// How one of the axes has swung.
+/// Swings of one of the axes.
 #[derive(Clone, Copy)]
 struct Swing<T> {
     /// Mean direction of each axis over the nodes that are remembered, since the heading began anew.
@@ -88,9 +88,9 @@ impl<T: Real> Swing<T> {
     }
 }
 
-/// Returns the scatter `aa` of an axis a without what a small tilt towards the others, b and c, explains: an axis that is
-/// tilted from the one about which the tool turns goes round with it, and that turns no iron against the earth's field.
-/// `stiffness`: what a tilt costs, over its square.
+/// Returns the scatter `aa` of an axis a without what a small tilt towards the others, b and c, explains: an axis that
+/// is tilted from the one about which the tool turns goes round with it, and that turns no iron against the earth's
+/// field. `stiffness`: what a tilt costs, over its square.
 fn beside_tilt<T: Real>(&[aa, ab, ac, bb, bc, cc]: &[T; 6], stiffness: T) -> T {
     let (bb, cc) = (bb + stiffness, cc + stiffness);
     if bb <= T::ZERO {

@@ -2,9 +2,10 @@
 //! accepted or refused; the reasons are in `refusal.rs`, the mean in `averaging.rs`.
 
 use super::{
-    Estimator, Refusal,
+    Refusal,
     averaging::Averaged,
     columns::{BIAS, P},
+    filter::Filter,
     gaussian::triangle,
     real::{Real, V3, norm},
 };
@@ -72,7 +73,7 @@ fn excludes_start<T: Real>(averaged: &Averaged<T>) -> bool {
     whitened.iter().fold(T::ZERO, |sum, x| sum + *x * *x) > T::of(EXCLUDED)
 }
 
-impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
+impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
     /// The posterior of an average, at the present state of the filter.
     pub(super) fn posterior_of(&self, averaged: &Averaged<T>) -> Posterior {
         let mut sigma = [0.0; 12];

@@ -8,6 +8,8 @@
 #![allow(clippy::indexing_slicing, clippy::needless_range_loop)]
 
 use super::{
+    columns::{GLOBALS, NUISANCES},
+    globals::Globals,
     increment::Increment,
     parameters::Parameters,
     real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
@@ -281,6 +283,17 @@ impl<T: Real> Preintegration<T> {
         self.forces_read += read;
         self.forces += 1;
         force
+    }
+
+    /// Variance of the rotation by the uncertainty of bias and P, rad^2, with the widths of the priors.
+    pub fn rotation_variance(&self, globals: &Globals<T>, sigma: &[T; GLOBALS]) -> T {
+        let mut by = [[T::ZERO; GYRO]; 3];
+        for ((k, of), sigma) in self.by_gyro.iter().enumerate().zip(&sigma[NUISANCES..]) {
+            for (by, of) in by.iter_mut().zip(of.iter()) {
+                by[k] = *of * *sigma;
+            }
+        }
+        by.iter().fold(T::ZERO, |sum, by| sum + globals.variance(by))
     }
 
     /// Variance of the raw rate on each axis over the node, (rad/s)^2, and its mean, rad/s.

@@ -1,5 +1,5 @@
-//! Reasons for which P is refused. They are found in `posterior.rs` (`Estimator::fitness`), but for `Overrun`, which
-//! `identification/schedule.rs` finds.
+//! Reasons for which P is refused. They are found in `posterior.rs` (`Filter::fitness`), but for `Overrun`, which
+//! `identification/identifier.rs` finds.
 
 /// Reason for which P was refused. Telemetry numbers the reasons in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]

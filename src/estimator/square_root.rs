@@ -143,7 +143,7 @@ fn elements<T: Real, const L: usize, const M: usize, const W: usize>(
     Some(elements)
 }
 
-/// Puts elements of some columns back; does nothing beyond the rows' end.
+/// Writes `W` columns of the rows, from `column` on; does nothing if they reach beyond the rows' last column.
 #[inline(always)]
 fn put<T: Real, const L: usize, const M: usize, const W: usize>(
     rows: &mut [[T; L]; M],

@@ -92,8 +92,8 @@ impl Centre {
         information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 
-    /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, from this
-    /// one on, in scratch memory. Returns the node to go on from; `None` when the bound is set.
+    /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, from
+    /// this one on, in scratch memory. Returns the node to go on from; `None` when the bound is set.
     #[inline(never)]
     pub fn bound_by_rows<T: Real, const NODES: usize>(
         &mut self,
@@ -170,16 +170,16 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// that was asked for with a search, or without motion.
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
-        let centre = self.centre.first().filter(|_| !self.posterior.is_empty())?;
-        let base = self.stepped(self.model(&[T::ZERO; GYRO]));
+        let (centre, filter) = (self.closing.centre()?, &self.filter);
+        let base = filter.stepped(filter.model(&[T::ZERO; GYRO]));
         let mut sigma = [0.0; GYRO];
-        let unit = self.stepped(self.model(&[T::ONE; GYRO]));
+        let unit = filter.stepped(filter.model(&[T::ONE; GYRO]));
         let p = unit.p.as_flattened().iter().zip(base.p.as_flattened());
         let b = unit.b_rad_s.iter().zip(&base.b_rad_s);
         for (slot, (unit, base)) in sigma.iter_mut().zip(p.chain(b)) {
             *slot = unit - base;
         }
-        Some(WindowCost { rows: &self.left_over, centre, base, sigma })
+        Some(WindowCost { rows: &filter.left_over, centre, base, sigma })
     }
 }
 

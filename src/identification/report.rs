@@ -55,7 +55,8 @@ pub struct WindowReport {
     /// Change of the flown model as error of a whole turn about an axis, degrees: rms of the three axes.
     pub deg_per_turn: f32,
     /// Widths that the data choose for the magnetometer's shape, the hard iron, the accelerometer's matrix,
-    /// the magnetometer's misalignment and the accelerometer's bias, over the data sheets': a large one blames its sensor.
+    /// the magnetometer's misalignment and the accelerometer's bias, over the data sheets': a large one blames its
+    /// sensor.
     pub widths: [f32; 5],
 }
 

@@ -55,8 +55,8 @@ impl AttitudeProbe {
         self.configured = true;
     }
 
-    /// Flies a gyro model from the next sample on, also after a restart, known with the standard deviations `sigma` of P
-    /// (row-major, 9) and b (3, rad/s). Returns false, and changes nothing, for an invalid model and before a
+    /// Flies a gyro model from the next sample on, also after a restart, known with the standard deviations `sigma` of
+    /// P (row-major, 9) and b (3, rad/s). Returns false, and changes nothing, for an invalid model and before a
     /// configuration.
     pub fn fly(&mut self, model: &GyroModel, sigma: &[f32; 12]) -> bool {
         let can = self.configured && model.is_valid();

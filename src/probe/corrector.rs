@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 /// Averaging time of the squared force, seconds.
 const SHAKING_S: f32 = 0.2;
 
-/// What is taken out of the readings before the attitude filter.
+/// Terms that are taken out of the readings before the attitude filter.
 pub(super) trait TakenOut {
     /// All-zero value for a static before it is configured.
     const ZERO: Self;
@@ -156,7 +156,7 @@ fn value(reading: Reading) -> Vector3<f32> {
     if let Reading::Usable(v) = reading { v } else { Vector3::zeros() }
 }
 
-/// What is taken out of the readings, and the rate of the previous sample.
+/// Terms that are taken out of the readings, and the rate of the previous sample.
 pub(super) struct Corrector<T> {
     pub taken_out: T,
     /// Compensated rate of the previous sample, for the angular acceleration.

@@ -8,8 +8,8 @@ const DEAD_READINGS: u8 = 50;
 /// New readings in a row, none of which repeats itself, after which a sensor counts as one whose noise shows in every
 /// reading.
 const LIVELY: u8 = 128;
-/// Readings that a repeat takes back once it has ended: a freeze or two do not tell of a sensor whose noise is below its
-/// resolution, or that is read more often than it converts.
+/// Readings that a repeat takes back once it has ended: a freeze or two do not tell of a sensor whose noise is below
+/// its resolution, or that is read more often than it converts.
 const REPEAT: u8 = 48;
 
 /// Detector of a sensor that repeats its reading; missing readings do not count.

@@ -54,8 +54,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 }
 
-/// Survey's input of a sample with the calibrated vectors `kept` and the output `output`; variances on each axis of what
-/// was taken out of force and field, (m/s^2)^2 and microtesla^2.
+/// Survey's input of a sample with the calibrated vectors `kept` and the output `output`; variances on each axis of
+/// what was taken out of force and field, (m/s^2)^2 and microtesla^2.
 pub(super) fn input_of(
     kept: &Calibrated,
     residual_bias_rad_s: &Vector3<f32>,

@@ -142,6 +142,20 @@ fn other_settings_in_between_leave_nothing_behind() {
     assert_flies_as_a_new_one(&mut used, &config, &samples);
 }
 
+/// Each report then tells of nothing but the samples since, though these have hardly any motion that can be used.
+#[test]
+fn without_a_sensor_nothing_is_told_of_the_configuration_before() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let samples = tumbling(90);
+    for missing in [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING, SampleFlags::MAG_MISSING] {
+        let mut used = with_a_history(&config, &samples);
+        used.freeze(91_000_000);
+        used.configure(&config).unwrap();
+        let without: Vec<_> = samples.iter().take(6_000).map(|sample| Sample { flags: missing, ..*sample }).collect();
+        assert_flies_as_a_new_one(&mut used, &config, &without);
+    }
+}
+
 /// Flying effects are stored as places in the library: another library must not turn them into others in flight.
 #[cfg(feature = "storage")]
 #[test]

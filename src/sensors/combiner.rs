@@ -10,7 +10,8 @@ use crate::{
 
 /// Largest number of magnetic readings that wait for an inertial reading.
 const WAITING: usize = 8;
-/// Periods over this: error of stamps, as much as a [`SampleClock`](super::sample_clock::SampleClock) allows for the bus.
+/// Periods over this: error of stamps, as much as a [`SampleClock`](super::sample_clock::SampleClock) allows for the
+/// bus.
 const STAMP_ERROR: u64 = 16;
 
 /// Combiner of an inertial and a magnetic source's readings into samples.
@@ -19,8 +20,8 @@ const STAMP_ERROR: u64 = 16;
 /// reading at its time or after it, or less than a sixteenth of a period before it: stamps err, and of two parts that
 /// convert together a microsecond is not to make the field a whole period old. The samples between have
 /// [`SampleFlags::MAG_MISSING`]. So a sample's field is half a sample period older in the mean; this delay is part of the
-/// magnetometer's configured latency ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old is
-/// lost. Read the magnetic source first, then the inertial one.
+/// magnetometer's configured latency ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old
+/// is lost. Read the magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,

@@ -19,8 +19,8 @@ const DOUBTFUL: f32 = 20.0;
 /// alarm in thousands does no harm there.
 const DOUBTFUL_AT_ZERO: f32 = 8.0;
 const MOVING_CODES: f32 = 8.0;
-/// Odds, as a logarithm, at which a single exact zero, which is also what a dead axis reads, is not believed, nor a jump
-/// with a single exact repeat: ln 25. An axis that passes zero loses at most one reading in twenty-five there.
+/// Odds, as a logarithm, at which a single exact zero, which is also what a dead axis reads, is not believed, nor a
+/// jump with a single exact repeat: ln 25. An axis that passes zero loses at most one reading in twenty-five there.
 const ZERO: f32 = 3.2;
 /// Ratio of an axis's mean square code to its mean square step below which the axis hovers about zero and zeros are
 /// common; steps of noise have twice the noise's mean square.
@@ -100,9 +100,9 @@ impl Innovation {
         self.begun &= self.skipped < MOST_LOST;
     }
 
-    /// Returns true if these codes are to be believed. An innovation of up to `sure` codes a frame always is. A code
-    /// of `clip_code` or more, either sign, is at the end of the range, where it may stand still. `repeats` are the
-    /// [odds](Self::repeated) at which a repeat of all axes is not believed.
+    /// Returns true if these raw codes are to be believed. What differs from the expected codes by at most `sure` per
+    /// frame is no jump. A code of `clip_code` or more, either sign, is at the end of the range, where it may repeat.
+    /// Else repeats of all axes are not believed beyond [odds](Self::repeated) of `repeats`.
     pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32, repeats: f32) -> bool {
         let frames = i32::from(self.skipped) + 1;
         let first = self.frames == 0.0;
@@ -129,7 +129,8 @@ impl Innovation {
             axis.last = code;
         }
         self.repeated = if stand && !first { self.repeated + odds } else { 0.0 };
-        // What jumps and then repeats an axis is a line that idles within a reading, whose first bytes are still the part's.
+        // Codes that jump and then repeat an axis are those of a line that idles within a reading, whose first bytes
+        // are still the part's.
         stuck |= repeats_one && (jumped || self.jumps > 0);
         self.jumps = if jumped || stuck { self.jumps.saturating_add(1) } else { 0 };
         let alive = self.axes.iter().all(|axis| axis.moves >= MOVES);

@@ -7,21 +7,22 @@ use nalgebra::{Matrix3, Vector3};
 const STEP_S: f32 = 0.1;
 /// Largest turn of a step, rad: within it a vector moves along its chord, to 2 %.
 const MOST_TURN_RAD: f32 = 0.5;
-/// Rates between which nothing is judged, rad/s: faster than a hand turns, where an accelerometer off the axis feels the
-/// rotation itself, and slower than what no gyro reads (2,000 deg/s), which is a wrong unit.
+/// Rates between which nothing is judged, rad/s: faster than a hand turns, where an accelerometer off the axis feels
+/// the rotation itself, and slower than what no gyro reads (2,000 deg/s), which is a wrong unit.
 const DRILLING_RAD_S: core::ops::Range<f32> = 3.0..35.0;
-/// Least part of a vector across an axis for a turn about the axis to show, of its length: 12 deg, beside which biases are
-/// small.
+/// Least part of a vector across an axis for a turn about the axis to show, of its length: 12 deg, beside which biases
+/// are small.
 const ACROSS: f32 = 0.2;
 /// Deviations within which a factor has to be known: three, twice as wide because successive steps share a reading.
 const KNOWN: f32 = 6.0;
-/// How far a factor may be from one: half of the way to zero, which another axis gives.
+/// Largest distance of a factor from one: half of the way to zero, which another axis gives.
 const NEAR: f32 = 0.5;
 /// Least number of steps: a deviation from fewer is a guess.
 const LEAST_STEPS: f32 = 10.0;
 /// Steps after which what was seen counts half: the turns of the last five minutes tell.
 const MOST_STEPS: f32 = 3_000.0;
-/// Least mean square of a row's error, rad^2: a hundredth of the vector's length, for motion and the sensors' own errors.
+/// Least mean square of a row's error, rad^2: a hundredth of the vector's length, for motion and the sensors' own
+/// errors.
 const LEAST_NOISE: f32 = 1e-4;
 /// Bias that a gyro may have, rad/s: 20 deg/s, twice the zero-rate level of data sheets (LSM6DS: 10 deg/s).
 const BIAS_RAD_S: f32 = 0.35;
@@ -48,13 +49,14 @@ bitflags::bitflags! {
     }
 }
 
-/// Check of the mounting. Turn the probe about each of its axes by a quarter, more than once; a wrong sign, unit or axis of
-/// a sensor then shows.
+/// Check of the mounting. Turn the probe about each of its axes by a quarter, more than once; a wrong sign, unit or
+/// axis of a sensor then shows.
 ///
-/// A vector v that stands still in the earth turns in the body by `dv/dt = v x w`. By least squares each axis of the gyro
-/// gets the factor by which its rate has to be multiplied to turn gravity, and the field, as they turn. It is one if all
-/// is well, minus one for a wrong sign, 57 or 1/57 for a wrong unit, and near zero for another axis. An accelerometer or
-/// a magnetometer with one axis turned round differs from the gyro about the two others, with two exchanged about all.
+/// A vector v that stands still in the earth turns in the body by `dv/dt = v x w`. By least squares each axis of the
+/// gyro gets the factor by which its rate has to be multiplied to turn gravity, and the field, as they turn. It is one
+/// if all is well, minus one for a wrong sign, 57 or 1/57 for a wrong unit, and near zero for another axis. An
+/// accelerometer or a magnetometer with one axis turned round differs from the gyro about the two others, with two
+/// exchanged about all.
 #[derive(Clone, Copy, Debug)]
 pub struct MountingCheck {
     step: Step,
@@ -140,7 +142,7 @@ impl MountingCheck {
         let turn = rate * seconds;
         for ((fit, before), now) in self.fits.iter_mut().zip(&before.vectors).zip(&now.vectors) {
             if let (Some(before), Some(now)) = (before, now) {
-                // Of length one on the average, so that one limit serves all units.
+                // Scaled to a length of one on the average, so that one limit serves all units.
                 let length = 0.5 * (before.norm() + now.norm());
                 let change = (now - before) / length;
                 // By the vector and not by the gyro, whose unit may be wrong. A NaN, of vectors of no length, is none.
@@ -157,7 +159,7 @@ impl MountingCheck {
         self.flags(|factor| factor.is_some())
     }
 
-    /// Of the turns that have been seen, those about which the sensors do not agree.
+    /// Those of the turns seen about which the sensors do not agree.
     #[must_use]
     pub fn wrong(&self) -> TurnFlags {
         self.flags(|factor| factor.is_some_and(|factor| libm::fabsf(factor - 1.0) > NEAR))
@@ -178,7 +180,8 @@ impl MountingCheck {
             .fold(TurnFlags::empty(), |flags, (bit, _)| flags | TurnFlags::from_bits_truncate(1 << bit))
     }
 
-    /// Norms of the last step's mean specific force, m/s^2, and field, microtesla: gravity and the earth's field at rest.
+    /// Norms of the last step's mean specific force, m/s^2, and field, microtesla: gravity and the earth's field at
+    /// rest.
     #[must_use]
     pub fn norms(&self) -> [Option<f32>; 2] {
         self.before.map_or([None; 2], |means| means.vectors.map(|vector| vector.map(|vector| vector.norm())))

@@ -1,5 +1,5 @@
-//! Chi-square quantiles with three degrees of freedom, if no other number is named: how improbable a vector is under its
-//! covariance.
+//! Chi-square quantiles with three degrees of freedom, if no other number is named: how improbable a vector is under
+//! its covariance.
 
 /// Exceeded once in a million.
 pub(crate) const IN_A_MILLION: f32 = 30.66;

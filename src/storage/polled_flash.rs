@@ -12,8 +12,8 @@ use embedded_storage_async::nor_flash::{NorFlash as AsyncNorFlash, ReadNorFlash 
 /// longer than `most_polls`.
 ///
 /// Give the storage a task of its own, of a lower priority than the one that pushes samples: while a call lasts, the
-/// tasks of the same executor wait. A driver that shares its bus by a mutex of that executor is therefore never ready if
-/// another task holds the bus; one whose transfers end in an interrupt is.
+/// tasks of the same executor wait. A driver that shares its bus by a mutex of that executor is therefore never ready
+/// if another task holds the bus; one whose transfers end in an interrupt is.
 #[derive(Debug)]
 pub struct PolledFlash<F> {
     flash: F,

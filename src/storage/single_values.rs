@@ -68,8 +68,8 @@ impl Rising {
         value(self.latest) == value(other.latest) && value(self.settled) == value(other.settled)
     }
 
-    /// Writes a value twice in a row, and counts each copy that is whole. One copy of two is an error; it is found at the
-    /// next power-up, so it counts from now on.
+    /// Writes a value twice in a row, and counts each copy that is whole. One copy of two is an error; it is found at
+    /// the next power-up, so it counts from now on.
     pub fn write<F: NorFlash>(
         &mut self,
         flash: &mut F,

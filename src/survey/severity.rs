@@ -12,7 +12,8 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 pub const VIBRATION_BOUNDS_G: [f32; 7] = [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 15.0];
 /// Stick-slip index from which each level above 0 applies; level 7 is a string that turned backwards. The index is half
 /// of (largest - least) / mean, whose published bounds are 0.4 to 2.4 in steps of 0.4: slight, moderate, moderately
-/// severe, severe, very severe, extreme (`dataanalysis.oilFunc.StickSlip`, an open program for drilling data on GitHub).
+/// severe, severe, very severe, extreme (`dataanalysis.oilFunc.StickSlip`, an open program for drilling data on
+/// GitHub).
 pub const STICK_SLIP_BOUNDS: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
 /// Speed from which a string turned backwards, revolutions per minute: half of that at which a tool counts as rotating.
 const BACKWARDS_RPM: f32 = 2.5;

@@ -58,34 +58,38 @@ pub enum Call {
 type Name = &'static [&'static str];
 
 /// Functions of the estimator's pieces of work.
-const END_NODE: Name = &["9estimator8node_end", "8end_node17h"];
+const END_NODE: Name = &["9estimator8node_end", "2of17h"];
 const ELIMINATE: Name = &["9estimator10candidates4root", "9eliminate17h"];
-const ABSORB: Name = &["9estimator4work", "6absorb17h"];
-const ABSORB_OWN: Name = &["9estimator4work", "10absorb_own17h"];
+const ABSORB: Name = &["9estimator6filter", "6absorb17h"];
+const ABSORB_OWN: Name = &["9estimator6filter", "10absorb_own17h"];
 const AVERAGE: [Name; 4] = [
-    &["9estimator4work", "7average17h"],
-    &["9estimator4work", "6gather17h"],
-    &["9estimator4work", "6spread17h"],
-    &["9estimator4work", "3mix17h"],
+    &["9estimator7closing", "5start17h"],
+    &["9estimator7closing", "6gather17h"],
+    &["9estimator7closing", "6spread17h"],
+    &["9estimator7closing", "3mix17h"],
 ];
 
 /// Kinds of call, the functions of each, and the function at whose entry its period ends.
 const CALLS: [(Call, &[Name], Option<Name>); 15] = [
     (Call::Sample, &[&["11push_sample17h"]], None),
     (Call::Work, &[&["10poll_probe17h"]], Some(&["12write_window17h"])),
-    (Call::Piece, &[&["9estimator4work", "4step17h"]], None),
+    (Call::Piece, &[&["Estimator$LT$", "$GT$4step17h"]], None),
     (Call::Searching, &[&["10identifier", "11step_search17h"]], None),
     (Call::Judging, &[&["10identifier", "5judge17h"]], None),
     (Call::Node, &[END_NODE, ELIMINATE, ABSORB, ABSORB_OWN], Some(END_NODE)),
-    (Call::Increment, &[&["9estimator4work", "4take17h"]], None),
+    (Call::Increment, &[&["9estimator6filter", "4take17h"]], None),
     (Call::Rows, &[END_NODE], None),
     (Call::Eliminating, &[ELIMINATE], None),
     (Call::Absorbing, &[ABSORB], None),
     (Call::AbsorbingOwn, &[ABSORB_OWN], None),
-    (Call::Walking, &[&["9estimator4work", "5widen17h"], &["9estimator4work", "4walk17h"]], None),
+    (Call::Walking, &[&["9estimator6filter", "5widen17h"], &["9estimator6filter", "4walk17h"]], None),
     (Call::Averaging, &AVERAGE, None),
-    (Call::Bounding, &[&["9estimator4work", "6centre17h"], &["9estimator11window_cost", "13bound_by_rows17h"]], None),
-    (Call::Weighing, &[&["9estimator4work", "5weigh17h"]], None),
+    (
+        Call::Bounding,
+        &[&["9estimator7closing", "10put_centre17h"], &["9estimator11window_cost", "13bound_by_rows17h"]],
+        None,
+    ),
+    (Call::Weighing, &[&["9estimator6filter", "5weigh17h"]], None),
 ];
 
 /// Cost of a call, or of several.

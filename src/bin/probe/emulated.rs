@@ -3,7 +3,8 @@
 //! through USART1. The emulator's clock advances with executed instructions and jumps ahead while the chip sleeps, so
 //! a run is the same every time and an hour of it takes about as long as its work.
 //!
-//! With the feature `board-updatable` it is the MPS2 that is emulated: a loader starts one of two images of the program.
+//! With the feature `board-updatable` it is the MPS2 that is emulated: a loader starts one of two images of the
+//! program.
 //!
 //! Files, in the emulator's working directory: `boot.bin` and `sensors.bin` in; `flash.bin` and `factory.bin` are the
 //! flash. When the sensors' file is over the program prints what it has counted, a `key = value` a line, and ends.

@@ -2,8 +2,8 @@
 //! through semihosting, as fast as it goes and every call's instructions counted.
 //!
 //! In: postcard's encoding of a `Config`, of an `Option<u64>` (the instant from which nothing new takes effect), of an
-//! `Option<Recording>`, then of one `Sample` after another to the end of the file. Out: `Record`s. With a `Recording` the samples are the truth of register models of the sensors, and what
-//! flies is what the adapters read from these.
+//! `Option<Recording>`, then of one `Sample` after another to the end of the file. Out: `Record`s. With a `Recording`
+//! the samples are the truth of register models of the sensors, and what flies is what the adapters read from these.
 
 mod fault;
 mod instruction_counter;

@@ -177,7 +177,8 @@ impl Choice {
         if to < count { Next::Weigh(to) } else { self.choose(candidates) }
     }
 
-    /// Log Bayes factor of a candidate beside the chosen ones. `None` if it does not compete, or the data say nothing of it.
+    /// Log Bayes factor of a candidate beside the chosen ones. `None` if it does not compete, or the data say nothing
+    /// of it.
     fn factor<T: Real, const E: usize>(
         &self,
         matrix: &Matrix<T>,

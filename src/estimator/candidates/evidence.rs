@@ -78,15 +78,12 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Forgets all claims, and how steady they were.
+    /// Forgets all claims, how steady they were, and all else that a weighing found.
     pub fn clear(&mut self) {
-        self.steadiness = Steadiness::zero();
-        self.hidden.clear();
-        self.stage = Stage::Idle;
-        self.account.clear();
+        *self = Self::zero();
     }
 
-    /// What the declared field told in the weighing before.
+    /// Statement of the declared field in the weighing before.
     pub const fn told(&self) -> Option<Told<T>> {
         self.hidden.told()
     }

@@ -59,7 +59,7 @@ impl<'a, T: Real> Matrix<'a, T> {
         dot(of(a), of(b))
     }
 
-    /// Eliminates a column from the rows from `from` on. What has been eliminated before stays as it is.
+    /// Eliminates a column from row `from` downwards; the rows above stay as they are.
     pub fn eliminate(&mut self, column: usize, from: usize, is_done: impl Fn(usize) -> bool) {
         let mut v = [T::ZERO; MOST];
         for (v, x) in v.iter_mut().zip(self.column(column)) {

@@ -14,7 +14,8 @@ use crate::{
 /// Number of widths, each half of the one before, all as likely before the data; 1 is the data sheet's. The
 /// least is what quantisation leaves of an error within a data sheet.
 const WIDTHS: usize = 8;
-/// Least variance, in squared widths of the prior: rounding may leave less, or a negative one.
+/// Least variance of a parameter, in squared widths of its prior: rounding could leave a smaller one, or a negative
+/// one.
 const LEAST_VARIANCE: f32 = 1e-12;
 
 /// The posterior of `n` parameters in units of their priors' widths, averaged over smaller widths by their evidence.

@@ -1,4 +1,5 @@
-//! What the effects add to rotation, field, velocity and position from node to node, and their part of a node's rows.
+//! Additions of the effects to rotation, field, velocity and position from node to node, and their part of a node's
+//! rows.
 
 use super::Place;
 use crate::{

@@ -46,8 +46,8 @@ impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
         }
     }
 
-    /// Works out the terms of an increment, and what is taken out of it: `x` of each column. `rate_change`: derivative of
-    /// its rate, rad/s^2; `field_ut`: the unit of its field.
+    /// Works out the terms of an increment, and what is taken out of it: `x` of each column. `rate_change`: derivative
+    /// of its rate, rad/s^2; `field_ut`: the unit of its field.
     pub fn update(
         &mut self,
         (increment, rate_change, field_ut): (&Increment<T>, &V3<T>, T),

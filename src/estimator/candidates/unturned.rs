@@ -1,11 +1,11 @@
 //! Errors of the magnetometer that look like another field of the earth while an axis of the body has not turned: hard
-//! iron along the axis, a turn of the sensor about it and, of a tool that turns about its own axis alone, a magnetometer
-//! that reads more along it and less across. What the readings seem to say of them is the noise of the attitudes at
-//! which rows are made linear, and the estimate is as certain of it as it is wrong.
+//! iron along the axis, a turn of the sensor about it and, of a tool that turns about its own axis alone, a
+//! magnetometer that reads more along it and less across. What the readings seem to say of them is the noise of the
+//! attitudes at which rows are made linear, and the estimate is as certain of it as it is wrong.
 //!
-//! Only a declared field tells of them: its norm and dip, two rows, stand in the place of all that the readings say. That
-//! the field differs from it is evidence of iron, beside errors of the magnetometer's matrix of the usual size, which
-//! every sensor has some of.
+//! Only a declared field tells of them: its norm and dip, two rows, stand in the place of all that the readings say.
+//! That the field differs from it is evidence of iron, beside errors of the magnetometer's matrix of the usual size,
+//! which every sensor has some of.
 
 use super::{
     column_id::{ColumnId, Columns},
@@ -41,8 +41,8 @@ impl<T: Real> Unturned<T> {
     /// No axis.
     pub const NONE: Self = Self { axes: [false; 3], told: None };
 
-    /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field that
-    /// is read within [`ANOTHER_FIELD`] deviations of the declared one; the others are as estimated.
+    /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field
+    /// that is read within [`ANOTHER_FIELD`] deviations of the declared one; the others are as estimated.
     pub fn explains_the_field(&self, x: &[T; GLOBALS]) -> bool {
         let Some(told) = &self.told else { return false };
         let [mut aa, mut ab, mut bb] = [T::ONE, T::ZERO, T::ONE];
@@ -84,10 +84,6 @@ pub(super) struct Hidden<T> {
 impl<T: Real> Hidden<T> {
     pub const fn zero() -> Self {
         Self { unturned: Unturned::NONE, columns: Vec::new(), eliminated: 0 }
-    }
-
-    pub fn clear(&mut self) {
-        *self = Self::zero();
     }
 
     pub const fn told(&self) -> Option<Told<T>> {
@@ -133,8 +129,8 @@ impl<T: Real> Hidden<T> {
         true
     }
 
-    /// Mean square of the magnetometer's matrix, in squared widths of its prior, as far as the readings show its columns;
-    /// at most 1. The columns that they show say how large those are that they do not show.
+    /// Mean square of the magnetometer's matrix, in squared widths of its prior, as far as the readings show its
+    /// columns; at most 1. The columns that they show say how large those are that they do not show.
     fn usual(&self, matrix: &Matrix<T>, x: &[T; GLOBALS]) -> T {
         let (mut sum, mut count) = (T::ZERO, T::ZERO);
         for column in Columns::of_group(&MAG_MATRIX).iter().filter(|column| !self.columns.contains(column)) {

@@ -64,10 +64,10 @@ fn a_long_rest_tells_nothing_of_the_vector_sensors() {
         let deviations = |seconds: f64| {
             let estimator = drilled(&drill_string(seed, seconds, 200.0, 0.0));
             let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| {
-                estimator.globals.root.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
+                estimator.filter.globals.root.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0)
             });
             let covariance = (root.transpose() * root).try_inverse().unwrap();
-            let iron = columns::HARD_IRON.columns().map(|k| (estimator.globals.x[k], covariance[(k, k)].sqrt()));
+            let iron = columns::HARD_IRON.columns().map(|k| (estimator.filter.globals.x[k], covariance[(k, k)].sqrt()));
             iron.collect::<Vec<_>>()
         };
         for ((_, short), (found, long)) in deviations(5.0).into_iter().zip(deviations(120.0)) {
@@ -161,10 +161,10 @@ fn a_field_along_an_axis_that_always_points_one_way_is_as_certain_as_the_declare
     }
     for seed in 0..8 {
         let (names, estimator) = claimed_at(declared, &swinging_string(seed, 300.0, 0.0, 8.0));
-        let axis: Vector3<f64> = estimator.node.attitude.column(2).into_owned().cast();
-        let field: Vector3<f64> = estimator.node.field.cast().normalize();
+        let axis: Vector3<f64> = estimator.filter.node.attitude.column(2).into_owned().cast();
+        let field: Vector3<f64> = estimator.filter.node.field.cast().normalize();
         // The reading's own scale is an error of the norm.
-        let scale = f64::from(estimator.settings.sigma[columns::MAG_MATRIX.from]) * norm_ut;
+        let scale = f64::from(estimator.filter.settings.sigma[columns::MAG_MATRIX.from]) * norm_ut;
         let of_norm = libm::hypot(f64::from(errors.total_field_ut), scale);
         let level = (Vector3::z() - field * field.z).normalize();
         let of_dip = f64::from(errors.dip_rad) * norm_ut;

@@ -11,8 +11,8 @@ use std::vec::Vec;
 const EVERY: TurnFlags = TurnFlags::all();
 const FIELD_UT: [f32; 3] = [20.0, 4.0, 42.0];
 
-/// A probe that is turned by hand about one body axis after another, there and most of the way back, at 100 Hz: noise and bias of a data
-/// sheet, and accelerations of the hand. It starts anywhere.
+/// A probe that is turned by hand about one body axis after another, there and most of the way back, at 100 Hz: noise
+/// and bias of a data sheet, and accelerations of the hand. It starts anywhere.
 fn by_hand(seed: u64, axes: &[usize]) -> Vec<Sample> {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
     let mut uniform = || random.next_u32() as f32 / u32::MAX as f32 - 0.5;

@@ -58,9 +58,10 @@ fn level_to_the_east_is_the_no_go_zone_and_steep_in_the_meridian_is_not() {
     }
 }
 
-/// Azimuths near level that a maker of survey programs publishes (Innova Engineering, appendix C, "Axial and Cross Axial
-/// Magnetic Correction"): the correction must not be used within 20 deg of east and west, and has no limit up to 60 deg from
-/// the meridian. The former holds with the error model's drill string, the latter where a short collar lets in more.
+/// Azimuths near level that a maker of survey programs publishes (Innova Engineering, appendix C, "Axial and Cross
+/// Axial Magnetic Correction"): the correction must not be used within 20 deg of east and west, and has no limit up to
+/// 60 deg from the meridian. The former holds with the error model's drill string, the latter where a short collar lets
+/// in more.
 #[test]
 fn the_no_go_zone_has_the_published_azimuths() {
     let errors = SurveyErrors::default();

@@ -29,7 +29,8 @@ pub enum Parameter {
     DipReference,
 }
 
-/// Index of the magnetometer's axial bias, the drill string's field at the first station included, among the parameters.
+/// Index of the magnetometer's axial bias, the drill string's field at the first station included, among the
+/// parameters.
 pub(super) const AXIAL: usize = 8;
 /// Index of the growth of the axial field among the parameters.
 pub(super) const GROWTH: usize = 12;

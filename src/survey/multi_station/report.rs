@@ -263,9 +263,9 @@ pub(super) fn analysed(
 
 /// Widens the prior of a sensor's error, or of the drill string's field, to what was found where that is beyond three
 /// standard deviations (once in 400 by chance): a sensor out of its specification, or a collar more magnetic than
-/// usual. Such a collar widens both the field at the first station and its growth: one was found, but in a level hole to
-/// the east each passes for the other. Returns true if it widened one. References keep their priors: an error there is
-/// not the tool's.
+/// usual. Such a collar widens both the field at the first station and its growth: one was found, but in a level hole
+/// to the east each passes for the other. Returns true if it widened one. References keep their priors: an error there
+/// is not the tool's.
 fn widen_priors(prior: &mut Whitened, x: &Whitened) -> bool {
     let before = *prior;
     let found = |k: usize| {

@@ -84,7 +84,7 @@ pub enum CommandRefusal {
         /// Offset of the next bytes.
         expected: u32,
     },
-    /// What was received is not the image that was announced.
+    /// The image received is not the one that was announced.
     NotTheImage,
 }
 

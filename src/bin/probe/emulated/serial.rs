@@ -73,7 +73,7 @@ pub struct Serial {
     bytes_per_s: u32,
     /// Bytes given to the line, with those that it could have sent while it had none.
     given: u64,
-    /// Whether a byte has come since [`Serial::take_activity`] was called.
+    /// True if a byte has come since [`Serial::take_activity`] was called.
     came: bool,
 }
 

@@ -59,7 +59,8 @@ fn of_rows(told: &Told<f64>, present: &[f64], usual: f64) -> f64 {
     likelihood(without + square(IRON)) - likelihood(without)
 }
 
-/// Mean square of the magnetometer's matrix as its other columns show it, each beside the gyro and the hidden ones alone.
+/// Mean square of the magnetometer's matrix as its other columns show it, each beside the gyro and the hidden ones
+/// alone.
 fn usual(problem: &Problem) -> f64 {
     let present = problem.known.globals.x;
     let shown: Vec<f64> = MAG_MATRIX

@@ -1,0 +1,218 @@
+//! Closing of an update or a window: the globals become a posterior, piece by piece. The covariance is gathered,
+//! averaged over the widths of the priors, and widened by the effects that are taken out; where a search follows, its
+//! cost is bounded.
+
+use super::{Posterior, Refusal, averaging::Averaging, filter::Filter, real::Real, window_cost::Centre};
+use heapless::Vec;
+
+/// Work units of the pieces: the largest cost of each kind that a flight has shown, in cycles, over
+/// [`UNIT_CYCLES`](super::UNIT_CYCLES).
+const GATHERING_UNITS: u32 = 70;
+const SPREADING_UNITS: u32 = 300;
+const CENTRE_UNITS: u32 = 420;
+const BOUND_UNITS: u32 = 160;
+const CONCLUDING_UNITS: u32 = 260;
+/// Columns of the root's inverse that are gathered in one piece.
+const GATHERED: usize = 4;
+
+/// Piece of the closing in progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Task {
+    /// No posterior is being made.
+    Idle,
+    /// Gathers the globals' covariance, from this column of the root's inverse on.
+    Gathering(usize),
+    /// Averages the posterior.
+    Averaging,
+    /// Adds the uncertainty of the effects that are taken out to the covariance, one after the other.
+    Spreading(usize),
+    /// Gathers the bound of the search's cost, from this node on.
+    Bounding(usize),
+}
+
+/// A posterior in the making, and the latest one. The scratch memory of the filter's update holds the numbers between
+/// the pieces.
+pub(super) struct Closing<T> {
+    task: Task,
+    averaging: Averaging<T>,
+    /// True if a search follows.
+    is_searched: bool,
+    // Not `Option`s: these would not be all zero bytes.
+    centre: Vec<Centre, 1>,
+    posterior: Vec<Posterior, 1>,
+    /// See [`Estimator::nis_of_claims`](super::Estimator::nis_of_claims).
+    nis_of_claims: [f32; 2],
+}
+
+impl<T: Real> Closing<T> {
+    /// Without a posterior.
+    pub const fn zero() -> Self {
+        Self {
+            task: Task::Idle,
+            averaging: Averaging::zero(),
+            is_searched: false,
+            centre: Vec::new(),
+            posterior: Vec::new(),
+            nis_of_claims: [0.0; 2],
+        }
+    }
+
+    /// Forgets what belongs to a filter that has begun anew; the latest posterior stays.
+    pub fn begin(&mut self) {
+        self.task = Task::Idle;
+        self.averaging = Averaging::zero();
+        self.centre.clear();
+    }
+
+    /// Drops the latest posterior.
+    pub fn drop_posterior(&mut self) {
+        self.posterior.clear();
+        self.nis_of_claims = [0.0; 2];
+    }
+
+    /// The latest posterior, once it is done.
+    pub fn posterior(&self) -> Option<&Posterior> {
+        self.posterior.first()
+    }
+
+    /// NIS beside the latest posterior: that of the filter that it is of, also where this has begun anew since.
+    pub const fn nis_of_claims(&self) -> [f32; 2] {
+        self.nis_of_claims
+    }
+
+    /// Centre of the search about the latest posterior; `None` before one that a search follows.
+    pub fn centre(&self) -> Option<&Centre> {
+        self.centre.first().filter(|_| !self.posterior.is_empty())
+    }
+
+    /// The average, when it is about to begin.
+    #[cfg(feature = "explanation")]
+    pub fn fresh_average(&self) -> Option<&Averaging<T>> {
+        (self.task == Task::Averaging && self.averaging.is_fresh()).then_some(&self.averaging)
+    }
+
+    /// Returns true if a posterior is being made.
+    pub fn is_busy(&self) -> bool {
+        self.task != Task::Idle
+    }
+
+    /// Begins to make a posterior of a filter that has no work in progress.
+    // Not inlined, nor are the pieces below: the cost of each kind of work is counted by its function's calls.
+    #[inline(never)]
+    pub fn start<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, is_searched: bool) {
+        self.is_searched = is_searched;
+        self.centre.clear();
+        self.averaging.start(&filter.globals, &filter.settings.widths, &mut filter.update.rows);
+        self.task = Task::Gathering(0);
+    }
+
+    /// Does one bounded piece of work; returns its size in units, 0 if there is none.
+    pub fn step<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) -> u32 {
+        match self.task {
+            Task::Idle => 0,
+            Task::Gathering(from) => {
+                self.gather(filter, from);
+                GATHERING_UNITS
+            }
+            Task::Averaging => {
+                let units = self.averaging.units();
+                if self.mix(filter) {
+                    return units;
+                }
+                self.task = Task::Spreading(0);
+                if self.is_searched {
+                    self.put_centre(filter);
+                }
+                CENTRE_UNITS
+            }
+            Task::Spreading(of) => {
+                if self.spread(filter, of) {
+                    return SPREADING_UNITS;
+                }
+                if self.is_searched {
+                    self.task = Task::Bounding(0);
+                    return SPREADING_UNITS;
+                }
+                self.conclude(filter);
+                CONCLUDING_UNITS
+            }
+            Task::Bounding(from) => {
+                if self.bound(filter, from) {
+                    self.conclude(filter);
+                    return BOUND_UNITS + CONCLUDING_UNITS;
+                }
+                BOUND_UNITS
+            }
+        }
+    }
+
+    /// Gathers the covariance from some columns of the root's inverse.
+    #[inline(never)]
+    fn gather<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, from: usize) {
+        let more = self.averaging.gather(from..from + GATHERED, &mut filter.update.rows);
+        self.task = if more { Task::Gathering(from + GATHERED) } else { Task::Averaging };
+    }
+
+    /// Adds one set of widths to the average; `false` when all are in.
+    #[inline(never)]
+    fn mix<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) -> bool {
+        self.averaging.step(&mut filter.update.rows)
+    }
+
+    /// Puts the centre of the search at the averaged posterior.
+    #[inline(never)]
+    fn put_centre<const NODES: usize, const E: usize>(&mut self, filter: &Filter<T, NODES, E>) {
+        let averaged = self.averaging.result(filter.is_bias_measured());
+        self.centre.clear();
+        let inflations = filter.settings.widths.inflations;
+        let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
+        let (mean, covariance) = (averaged.mean.map(|x| x.narrow()), averaged.covariance.map(|x| x.narrow()));
+        if let Some(centre) = Centre::new(&filter.left_over, &mean, &covariance, inflation) {
+            // Just emptied, so there is room.
+            let _ = self.centre.push(centre);
+        }
+    }
+
+    /// Widens the gyro's covariance by the uncertainty of the effects that are taken out, one vector a call; `false`
+    /// after the last.
+    #[inline(never)]
+    fn spread<const NODES: usize, const E: usize>(&mut self, filter: &Filter<T, NODES, E>, of: usize) -> bool {
+        let account = &filter.evidence.account;
+        if of >= account.taken.len() {
+            return false;
+        }
+        let spread = filter.candidates.spread(of, (&account.taken, &account.covariance), &filter.globals);
+        self.averaging.spread(&spread);
+        self.task = Task::Spreading(of + 1);
+        true
+    }
+
+    /// Bounds the search's cost by some nodes' rows; `true` when the bound is set.
+    fn bound<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, from: usize) -> bool {
+        let Some(centre) = self.centre.first_mut() else { return true };
+        let next = centre.bound_by_rows(&filter.left_over, from, filter.update.rows.as_flattened_mut());
+        if let Some(next) = next {
+            self.task = Task::Bounding(next);
+        }
+        next.is_none()
+    }
+
+    #[inline(never)]
+    fn conclude<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) {
+        let posterior = filter.posterior_of(&self.averaging.result(filter.is_bias_measured()));
+        // The stored model is then that of another gyro.
+        let is_forsaken = filter.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
+        self.posterior.clear();
+        let _ = self.posterior.push(posterior);
+        self.nis_of_claims = filter.nis_of_claims();
+        self.task = Task::Idle;
+        if filter.course.consistency.has_diverged() || is_forsaken {
+            filter.begin();
+            self.begin();
+        } else if let Some(claim) =
+            filter.candidates.old_step(&filter.evidence.account.claims, filter.course.weighed_us)
+        {
+            filter.settle(&claim);
+        }
+    }
+}
