@@ -43,7 +43,7 @@ pub fn begin(quiet: bool, arguments: &[String]) {
     RESULT_ON_STDOUT.store(on_stdout, Ordering::Relaxed);
 }
 
-/// Whether only errors are told.
+/// Returns true if only errors are told.
 #[must_use]
 pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
@@ -61,13 +61,13 @@ pub fn told() -> Box<dyn Write> {
     }
 }
 
-/// Whether what a command tells is read at a terminal.
+/// Returns true if what a command tells is read at a terminal.
 #[must_use]
 pub fn tells_a_terminal() -> bool {
     if RESULT_ON_STDOUT.load(Ordering::Relaxed) { io::stderr().is_terminal() } else { io::stdout().is_terminal() }
 }
 
-/// Whether a path stands for the standard input or output.
+/// Returns true if a path stands for the standard input or output.
 #[must_use]
 pub fn is_stdio(path: &Path) -> bool {
     path.as_os_str() == STDIO

@@ -1,5 +1,5 @@
-//! How figures in rows are told: as a table to a reader at a terminal, and elsewhere as lines of which each says by itself
-//! what it shows, for a search or a program that reads them.
+//! How figures in rows are told: as a table to a reader at a terminal, and elsewhere as lines of which each says by
+//! itself what it shows, for a search or a program that reads them.
 
 use crate::console;
 

@@ -117,8 +117,8 @@ fn flown() -> Vec<u8> {
     [vec![1, 1, 8], list((0..30).map(of))].concat()
 }
 
-/// Turns of a tool: rates in steps of 0.05 rad/s, and periods. In the middle the magnetometer is missing for a while and
-/// an axis of the gyro sticks.
+/// Turns of a tool: rates in steps of 0.05 rad/s, and periods. In the middle the magnetometer is missing for a while
+/// and an axis of the gyro sticks.
 fn turned(period: u8, by_hand: u8, turns: &[([i8; 3], u8)]) -> Vec<u8> {
     let of = |(k, (rate, periods)): (usize, &([i8; 3], u8))| {
         let replaced = if k == turns.len() / 2 { [&[1, 2][..], &3.0_f32.to_le_bytes()].concat() } else { vec![0] };

@@ -27,8 +27,8 @@ fn allowed() -> BTreeSet<String> {
     list.iter().map(|licence| licence.as_str().unwrap().to_owned()).collect()
 }
 
-/// Whether an SPDX expression allows a use under allowed licences. `AND` binds more closely than `OR`; a slash is an
-/// old `OR`.
+/// Returns true if an SPDX expression allows a use under allowed licences. `AND` binds more closely than `OR`; a slash
+/// is an old `OR`.
 fn fits(expression: &str, allowed: &dyn Fn(&str) -> bool) -> bool {
     let expression = expression.replace(" / ", " OR ").replace('/', " OR ");
     if let Some((inside, rest)) = expression.strip_prefix('(').and_then(|rest| rest.split_once(')')) {

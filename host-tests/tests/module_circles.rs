@@ -40,8 +40,8 @@ fn no_module_imports_what_imports_it() {
     }
 }
 
-/// A top-level folder, with the file that has its name, is one subject, and subjects form layers. The firmware's board is
-/// one subject in several: its chip's files lie under what all boards share, and its set-up above.
+/// A top-level folder, with the file that has its name, is one subject, and subjects form layers. The firmware's board
+/// is one subject in several: its chip's files lie under what all boards share, and its set-up above.
 #[test]
 fn no_folder_imports_what_imports_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -172,8 +172,8 @@ fn second(trace: &Trace, settings: &Settings) -> Second {
     }
 }
 
-/// Information of the prior. The magnetometer's elements are xx xy xz yx yy yz zx zy: the three diagonal ones have it, whose
-/// sum is zero, and of each two others the sum and the difference over sqrt 2, as wide as `shape` and `turn`.
+/// Information of the prior. The magnetometer's elements are xx xy xz yx yy yz zx zy: the three diagonal ones have it,
+/// whose sum is zero, and of each two others the sum and the difference over sqrt 2, as wide as `shape` and `turn`.
 fn prior(sigma: &[f64], [shape, turn]: [f64; 2]) -> Square<UNKNOWNS> {
     let mut information = Square::from_fn(|i, j| if i == j { sigma[i].powi(-2) } else { 0.0 });
     let (shape, turn) = (shape.powi(-2), turn.powi(-2));
@@ -194,8 +194,8 @@ where
     2.0 * m.cholesky().unwrap().l().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
-/// Sets of widths near the likeliest, as the library looks at them: those that differ in one place from the data sheets',
-/// which come first; as long as one of these is likelier, from that one too, at most four times.
+/// Sets of widths near the likeliest, as the library looks at them: those that differ in one place from the data
+/// sheets', which come first; as long as one of these is likelier, from that one too, at most four times.
 fn near_the_likeliest(sets: &[[usize; 4]], log: impl Fn(usize) -> f64) -> Vec<usize> {
     let (mut centre, mut looked_at): (usize, Vec<usize>) = (0, Vec::new());
     for _ in 0..4 {

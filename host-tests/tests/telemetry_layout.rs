@@ -136,7 +136,8 @@ fn messages() -> Line {
     line
 }
 
-/// Whether two values are one. Numbers are compared as what a line carries; a compact angle is two bytes to serde.
+/// Returns true if two values are one. Numbers are compared as what a line carries; a compact angle is two bytes to
+/// serde.
 fn same(told: &Value, expected: &Value) -> bool {
     match (told, expected) {
         (Value::Object(a), Value::Object(b)) => {

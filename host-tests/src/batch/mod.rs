@@ -134,7 +134,7 @@ fn flown_or_refused(path: &Path, options: &Options, beside: &Beside) -> (Part, b
     }
 }
 
-/// Whether the same recording with the same options fails so again.
+/// Returns true if the same recording with the same options fails so again.
 fn is_of_the_input(error: &anyhow::Error) -> bool {
     let of_trace = error.downcast_ref().map(|error: &TraceError| {
         !matches!(error.fault, Fault::NotOpened(_) | Fault::NotRead(_) | Fault::NotWritten(_))

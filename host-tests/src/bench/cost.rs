@@ -107,8 +107,8 @@ fn mean(sum: Cost, count: u64) -> Cost {
     }
 }
 
-/// Tasks of the work beside samples, by the calls that do them. An increment's calls contain those of the rows of a node
-/// that ends with it.
+/// Tasks of the work beside samples, by the calls that do them. An increment's calls contain those of the rows of a
+/// node that ends with it.
 const TASKS: [(&str, Call, Option<Call>); 10] = [
     ("increments, with the effects' terms", Call::Increment, Some(Call::Rows)),
     ("a node's rows", Call::Rows, None),

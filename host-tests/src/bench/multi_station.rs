@@ -23,7 +23,7 @@ pub struct Score {
     pub azimuth_deg: [f64; 2],
     /// Inclination error, the same.
     pub inclination_deg: [f64; 2],
-    /// Whether azimuths were corrected.
+    /// True if azimuths were corrected.
     pub corrected: bool,
     /// Stations whose error is within one and within two of the stated sigmas, and all scored.
     pub within: [f64; 3],

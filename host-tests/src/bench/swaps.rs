@@ -122,7 +122,7 @@ impl Trial {
         self.decision == Decision::Accepted
     }
 
-    /// Whether the fit would have been clearly better than what flies.
+    /// Returns true if the fit would have been clearly better than what flies.
     fn missed(&self, measure: usize) -> bool {
         self.fitted.as_ref().is_some_and(|fitted| self.flown[measure] > CLEARLY * fitted[measure])
     }

@@ -18,7 +18,7 @@ struct Unit {
     of_error: &'static str,
     /// One of the sensor's unit in the unit of the error.
     factor: f64,
-    /// Whether the noise of each reading was measured.
+    /// True if the noise of each reading was measured.
     noise_known: bool,
 }
 

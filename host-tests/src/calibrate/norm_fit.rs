@@ -40,7 +40,7 @@ pub struct Problem<'a> {
     pub record: Model,
     /// Deviation of each parameter from the values on record.
     pub prior: Parameters,
-    /// Whether a disturbance persists from one reading to the next, as a field that changes from place to
+    /// True if a disturbance persists from one reading to the next, as a field that changes from place to
     /// place.
     pub correlated: bool,
 }
@@ -58,11 +58,11 @@ pub struct Fit {
     pub rank: usize,
     /// Degrees of freedom that the residuals leave.
     pub freedom: f64,
-    /// Whether each reading was used.
+    /// For each reading: true if it was used.
     pub used: Vec<bool>,
     /// Norm of each calibrated reading minus its required value.
     pub residuals: Vec<f64>,
-    /// Whether more readings are contradicted than may be left out.
+    /// True if more readings are contradicted than may be left out.
     pub torn: bool,
 }
 

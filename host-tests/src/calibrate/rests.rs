@@ -31,7 +31,7 @@ pub struct Rest {
     pub accel: Option<Mean>,
     /// The magnetometer's mean, microtesla; `None` likewise.
     pub mag: Option<Mean>,
-    /// Whether a vector sensor was at full scale during the rest.
+    /// True if a vector sensor was at full scale during the rest.
     pub clipped: bool,
 }
 

@@ -21,7 +21,7 @@ pub struct SensorCalibration {
     pub fit: Fit,
     /// Required norm, in the sensor's unit.
     pub norm: f64,
-    /// Whether the norm was known, not fitted.
+    /// True if the norm was known, not fitted.
     pub norm_known: bool,
     /// Bounds on the error of calibrated vectors.
     pub bounds: Bounds,
@@ -64,7 +64,7 @@ impl SensorCalibration {
         }
     }
 
-    /// Whether the record changes.
+    /// Returns true if the record changes.
     #[must_use]
     pub const fn is_new(&self) -> bool {
         !matches!(self.verdict, Verdict::Kept(_))

@@ -50,7 +50,8 @@ pub struct CommandArgs {
 /// The commands of a probe, as subcommands of `command`.
 #[derive(Debug, Clone, Subcommand)]
 pub enum Request {
-    /// Test sensors, their mounting and storage, and report their health. Turn the probe by hand before, about each of its axes
+    /// Test sensors, their mounting and storage, and report their health. Turn the probe by hand before, about each of
+    /// its axes
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test")]
     SelfTest,
     /// Set what the probe sends over the line, and how fast. Needs --key

@@ -61,7 +61,7 @@ impl Standing {
         }
     }
 
-    /// Whether somebody should look at the recording.
+    /// Returns true if somebody should look at the recording.
     #[must_use]
     pub fn is_sound(self) -> bool {
         self >= Self::NotLookedFor
@@ -114,7 +114,7 @@ impl Parameters {
 /// A window of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
-    /// Whether its result flew.
+    /// True if its result flew.
     pub accepted: bool,
     /// Its fit, where it has one.
     pub fit: Option<Parameters>,

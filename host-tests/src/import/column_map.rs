@@ -61,7 +61,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// Whether the map says nothing of this sensor.
+    /// Returns true if the map says nothing of this sensor.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()

@@ -19,7 +19,7 @@ pub struct Finding {
     pub told: String,
     /// What to do about it, if anything.
     pub fix: Option<String>,
-    /// Whether something that flies all the same, such as a magnet or a fault, may look so too.
+    /// True if something that flies all the same, such as a magnet or a fault, may look so too.
     may_be_else: bool,
 }
 
@@ -52,7 +52,7 @@ impl Finding {
         Self { may_be_else: !is_certain, ..self }
     }
 
-    /// Whether it is wrong and nothing but a unit, a sign or an axis can be the cause.
+    /// Returns true if it is wrong and nothing but a unit, a sign or an axis can be the cause.
     #[must_use]
     pub fn is_certain(&self) -> bool {
         self.verdict == Verdict::Wrong && !self.may_be_else

@@ -85,7 +85,7 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
 }
 
 impl Import {
-    /// Whether the gate found something that cannot be.
+    /// Returns true if the gate found something that cannot be.
     #[must_use]
     pub fn is_wrong(&self) -> bool {
         self.findings.iter().any(|finding| finding.verdict == Verdict::Wrong)

@@ -160,7 +160,7 @@ fn rank(words: &[&str]) -> u8 {
     }
 }
 
-/// Whether a column holds time, by its name.
+/// Returns true if a column holds time, by its name.
 #[must_use]
 pub fn is_time(column: &str) -> bool {
     let words = words(column);

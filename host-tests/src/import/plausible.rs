@@ -69,8 +69,8 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
 }
 
 /// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down and without
-/// effects; [`frozen_from_us`](crate::flight::configuration::frozen_from_us) keeps a model from being learnt. What is only
-/// doubtful becomes a note.
+/// effects; [`frozen_from_us`](crate::flight::configuration::frozen_from_us) keeps a model from being learnt. What is
+/// only doubtful becomes a note.
 ///
 /// # Errors
 /// What cannot be, with the likely fix.

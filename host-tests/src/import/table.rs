@@ -18,7 +18,7 @@ pub struct Column {
     pub name: String,
     /// One number a row; NaN for a cell that is empty or no number.
     pub values: Vec<f64>,
-    /// Whether the cells are clock times, here in seconds.
+    /// True if the cells are clock times, here in seconds.
     pub is_clock: bool,
     /// First cell that is no number, with its line.
     pub not_a_number: Option<(u64, String)>,

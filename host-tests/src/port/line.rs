@@ -80,7 +80,7 @@ impl Line {
         Ok(Self { device, put_back: Vec::new() })
     }
 
-    /// Whether a probe is at the other end; a captured file is not live.
+    /// Returns true if a probe is at the other end; a captured file is not live.
     #[must_use]
     pub const fn is_live(&self) -> bool {
         !matches!(self.device, Device::Capture(_))

@@ -93,7 +93,7 @@ impl Recording {
         Progress::Goes
     }
 
-    /// Whether no sample came.
+    /// Returns true if no sample came.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.samples.is_empty()

@@ -1,5 +1,5 @@
-//! Pictures for a reader in a hurry: rotation error of the gyro alone, before and after identification; and of a simulated
-//! trace how the tool turns, and what the gyro makes of it.
+//! Pictures for a reader in a hurry: rotation error of the gyro alone, before and after identification; and of a
+//! simulated trace how the tool turns, and what the gyro makes of it.
 
 use crate::{
     flight::Flight,

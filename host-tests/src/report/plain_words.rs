@@ -25,7 +25,7 @@ const SHOWN_SIGMAS: f32 = 2.0;
 
 /// A verdict in a sentence.
 pub struct VerdictWords {
-    /// Whether nothing stands against what flew.
+    /// True if nothing stands against what flew.
     pub is_sound: bool,
     /// The sentence, without its point.
     pub sentence: String,

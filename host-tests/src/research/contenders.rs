@@ -34,7 +34,7 @@ pub const AT_BOUND: usize = 8;
 
 /// The models of one run.
 pub struct Contenders {
-    /// Whether IMOA's P flies.
+    /// True if IMOA's P flies.
     pub accepted: bool,
     /// The models, in the order of [`NAMES`]. A search's model is its own answer, accepted or not.
     pub models: [GyroModel; NAMES.len()],

@@ -102,7 +102,7 @@ impl Integrated {
         (from_run == to_run).then(|| from.inverse() * to)
     }
 
-    /// Whether there is no reading at all.
+    /// Returns true if there is no reading at all.
     pub(super) const fn is_empty(&self) -> bool {
         self.is_empty
     }

@@ -62,7 +62,7 @@ impl<T> Tracks<T> {
         PerModel { uncompensated, bias_only, twelve_parameters, with_effects }
     }
 
-    /// Whether a condition holds for all four.
+    /// Returns true if a condition holds for all four.
     pub(super) fn all(&self, f: impl Fn(&T) -> bool) -> bool {
         let Tracks { uncompensated, bias_only, twelve_parameters, with_effects } = self.map(f);
         uncompensated && bias_only && twelve_parameters && with_effects
@@ -70,7 +70,7 @@ impl<T> Tracks<T> {
 }
 
 impl Tracks<Integrated> {
-    /// Whether every non-empty track covers the interval without a gap: the four are compared over the same
+    /// Returns true if every non-empty track covers the interval without a gap: the four are compared over the same
     /// intervals.
     pub(super) fn cover(&self, from_s: f64, to_s: f64) -> bool {
         self.uncompensated.rotation(from_s, to_s).is_some()

@@ -20,7 +20,7 @@ pub struct Analysis {
     pub noise_ratio: f32,
     /// Rms of the residuals in units of the noise: uncorrected, and of stations as the others predict them.
     pub residual: [f32; 2],
-    /// Whether the drill string's field grew over the run.
+    /// True if the drill string's field grew over the run.
     pub axial_field_grows: bool,
     /// Common errors: name, value, sigma, sigma before, and whether the stations determine it.
     pub estimates: Vec<(&'static str, f32, f32, f32, bool)>,
@@ -51,8 +51,8 @@ impl Analysis {
     }
 }
 
-/// Analyses the stations of a run that have gravity and field together: all, or of more than the analysis holds as many,
-/// evenly spread. Returns with the report which stations those are.
+/// Analyses the stations of a run that have gravity and field together: all, or of more than the analysis holds as
+/// many, evenly spread. Returns with the report which stations those are.
 pub(super) fn analysed(
     stations: &[Option<Station>],
     settings: &RunSettings,

@@ -1,5 +1,5 @@
-//! Covariance of positions by the ISCWSA's MWD error model, revision 5: how the terms of a tool code add up along the well.
-//! Williamson, SPE 67616 (2000).
+//! Covariance of positions by the ISCWSA's MWD error model, revision 5: how the terms of a tool code add up along the
+//! well. Williamson, SPE 67616 (2000).
 //!
 //! A term's error turns a station by dI and dA and moves it by dD along the hole. Positions follow by the balanced
 //! tangential method, as the model prescribes.

@@ -25,7 +25,7 @@ pub struct Run {
     /// Standard deviation of the angles by which the magnetometer is turned against the accelerometer, radians: an
     /// error that the analysis does not have.
     pub misaligned_rad: f64,
-    /// Whether the hole is level to the magnetic east or west, within 20 deg, where an axial field hardly shows.
+    /// True if the hole is level to the magnetic east or west, within 20 deg, where an axial field hardly shows.
     pub level_to_the_east: bool,
 }
 

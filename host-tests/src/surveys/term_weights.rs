@@ -1,7 +1,7 @@
 //! Weights of the error model's terms: what one unit of an error adds to depth, inclination and azimuth of a station.
 //!
-//! Azimuth enters as sin(I) dA, which is finite at the vertical, so that no term is singular there. Formulas: ISCWSA MWD
-//! error model, revision 5, in the forms that do not depend on the toolface.
+//! Azimuth enters as sin(I) dA, which is finite at the vertical, so that no term is singular there. Formulas: ISCWSA
+//! MWD error model, revision 5, in the forms that do not depend on the toolface.
 
 use libm::{cos, sin, tan};
 

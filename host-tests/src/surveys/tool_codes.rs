@@ -1,8 +1,8 @@
 //! Tool codes: which errors a survey's position has after what was done to it, by name and with their sizes.
 //!
-//! The values are those of the Operators Wellbore Survey Group's sets A and B, revision 5.1 of 8 October 2020, which the
-//! ISCWSA publishes; the weights are those of its MWD error model, revision 5 (Williamson, SPE 67616, 2000; Codling, SPE
-//! 187249, 2017, for XCLA and XCLH).
+//! The values are those of the Operators Wellbore Survey Group's sets A and B, revision 5.1 of 8 October 2020, which
+//! the ISCWSA publishes; the weights are those of its MWD error model, revision 5 (Williamson, SPE 67616, 2000;
+//! Codling, SPE 187249, 2017, for XCLA and XCLH).
 
 use meerkat_mwd::config::SurveyErrors;
 use serde::{Deserialize, Serialize};
@@ -144,8 +144,8 @@ impl ToolCode {
     }
 }
 
-/// One cause of the reference field's error, by the terms for which it counts: DEC, degrees; DBH, degree nanotesla; MDI,
-/// degrees; MFI, nanotesla. The last two count in `+AX` codes only.
+/// One cause of the reference field's error, by the terms for which it counts: DEC, degrees; DBH, degree nanotesla;
+/// MDI, degrees; MFI, nanotesla. The last two count in `+AX` codes only.
 struct Source {
     names: [&'static str; 4],
     propagation: Propagation,

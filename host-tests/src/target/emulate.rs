@@ -87,7 +87,8 @@ pub enum Feed {
     ThroughSensors,
 }
 
-/// Flies the samples on the emulated chip; from `freeze_at_us` on nothing new takes effect. Prepares the toolchain and builds the firmware first.
+/// Flies the samples on the emulated chip; from `freeze_at_us` on nothing new takes effect. Prepares the toolchain and
+/// builds the firmware first.
 ///
 /// # Errors
 /// Anything that prevents a whole flight; see [`EmulateError`].

@@ -42,8 +42,8 @@ pub enum WireError {
     },
 }
 
-/// Encodes the configuration, the instant from which nothing new takes effect, how the recording is played to the sensor
-/// models (`None`: given directly), then each sample.
+/// Encodes the configuration, the instant from which nothing new takes effect, how the recording is played to the
+/// sensor models (`None`: given directly), then each sample.
 ///
 /// # Errors
 /// Never in practice: every field has an encoding.

@@ -36,7 +36,7 @@ impl Dropped {
         self.first.as_deref().map(|first| first.clone().of(path))
     }
 
-    /// Whether so many rows were dropped that the times themselves are wrong.
+    /// Returns true if so many rows were dropped that the times themselves are wrong.
     #[must_use]
     pub fn are_too_many(&self, kept: usize) -> bool {
         self.all() as f64 > TOO_MANY * (self.all() + kept) as f64

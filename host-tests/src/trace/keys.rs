@@ -34,7 +34,7 @@ pub struct Keys {
     pub gyro_delay_s: Option<f64>,
     /// Kind of motion: by hand or by a drill string.
     pub motion: Option<Motion>,
-    /// Whether the reference counts from true north, not from magnetic north.
+    /// True if the reference counts from true north, not from magnetic north.
     pub reference_north: bool,
     /// The gyro's true matrix P at the start, row-major; only a simulator knows it.
     pub true_gyro_p: Option<[f64; 9]>,

@@ -43,9 +43,9 @@ pub struct Trace {
     /// Reference attitude, body to the trace's earth frame, scalar first; `None` for an empty cell; empty
     /// without the columns.
     pub reference: Vec<Option<[f64; 4]>>,
-    /// Whether a sample is scored (column `movement`).
+    /// True if a sample is scored (column `movement`).
     pub movement: Option<Vec<bool>>,
-    /// Whether the probe rests (column `rest`).
+    /// True if the probe rests (column `rest`).
     pub rest: Option<Vec<bool>>,
     /// True angular rate, rad/s, body frame (columns `wx_true`, `wy_true`, `wz_true` of simulated traces).
     pub true_rate: Option<Vec<[f64; 3]>>,
@@ -63,7 +63,7 @@ pub struct Trace {
     pub spooled: Option<Spooled>,
 }
 
-/// Whether any sensor's full scale is known; without one, clipping cannot be told.
+/// Returns true if any sensor's full scale is known; without one, clipping cannot be told.
 #[must_use]
 pub fn clipping_is_known(full_scale: &FullScale) -> bool {
     full_scale.gyro_rad_s.or(full_scale.accel_m_s2).or(full_scale.mag_ut).is_some()
@@ -93,7 +93,8 @@ impl Trace {
         read::of_bytes(bytes)
     }
 
-    /// Reads a long trace into a temporary file: memory does not grow with its length. The rest is as by [`Trace::read`].
+    /// Reads a long trace into a temporary file: memory does not grow with its length. The rest is as by
+    /// [`Trace::read`].
     ///
     /// # Errors
     /// What is wrong, with the file, the line and the column.
@@ -101,7 +102,7 @@ impl Trace {
         read::spooled(path)
     }
 
-    /// Whether the rows are in a temporary file.
+    /// Returns true if the rows are in a temporary file.
     #[must_use]
     pub const fn is_spooled(&self) -> bool {
         self.spooled.is_some()

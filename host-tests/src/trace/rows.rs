@@ -16,9 +16,9 @@ pub struct Row {
     pub sample: Sample,
     /// Reference attitude as in [`Trace::reference`].
     pub reference: Option<[f64; 4]>,
-    /// Whether the sample is scored: all are where no column says so.
+    /// True if the sample is scored: all are where no column says so.
     pub moves: bool,
-    /// Whether the probe rests; never where no column says so.
+    /// True if the probe rests; never where no column says so.
     pub rests: bool,
     /// Flags of the driver.
     said: SampleFlags,

@@ -56,7 +56,7 @@ pub struct Machine<'c, 'd> {
     stepped_us: Option<u64>,
     hang: Option<Stage>,
     until: Until,
-    /// Whether an effect is taken out.
+    /// True if an effect is taken out.
     pub takes_an_effect_out: bool,
     /// When the line last changed a byte, microseconds of the chip.
     pub spoilt_us: Option<u64>,
@@ -116,12 +116,12 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.waiting.len()
     }
 
-    /// Whether a stage hangs.
+    /// Returns true if a stage hangs.
     pub const fn hangs(&self) -> bool {
         self.hang.is_some()
     }
 
-    /// Whether the line has taken nothing lately.
+    /// Returns true if the line has taken nothing lately.
     pub fn line_stood_still(&self) -> bool {
         self.chip.now_us.get() < self.until.stalled_us + 3_000_000
     }
@@ -131,12 +131,12 @@ impl<'c, 'd> Machine<'c, 'd> {
         self.unsound_us.unwrap_or(0).max(self.until.overload.1).max(self.boot_us)
     }
 
-    /// Whether work takes longer than it should, or did lately.
+    /// Returns true if work takes longer than it should, or did lately.
     pub fn overloaded(&self) -> bool {
         self.chip.now_us.get() < self.until.overload.1 + 1_000_000
     }
 
-    /// Whether the board's clock has stepped, so lately that times before and after it may be compared.
+    /// Returns true if the board's clock has stepped, so lately that times before and after it may be compared.
     pub fn clock_stepped(&self) -> bool {
         let settles_s = self.day.proportions.clock_settles_s;
         self.stepped_us.is_some_and(|at_us| ((self.chip.now_us.get() - at_us) as f64) < settles_s * 1e6)

@@ -109,7 +109,7 @@ impl Trouble {
         }
     }
 
-    /// Whether the program starts again after it.
+    /// Returns true if the program starts again after it.
     const fn restarts(&self) -> bool {
         matches!(self, Self::PowerCut | Self::CutInFlash(..) | Self::Hang(_))
     }

@@ -19,11 +19,11 @@ pub struct Proportions {
     pub silent_starts: f64,
     /// Time without power after a cut.
     pub unpowered_s: [f64; 2],
-    /// Whether windows are 10 s long and not as they fly, so that there are some between two troubles.
+    /// True if windows are 10 s long and not as they fly, so that there are some between two troubles.
     pub short_windows: bool,
-    /// Whether surveys settle and average in 2 s and not as they fly, so that a short stop gives one.
+    /// True if surveys settle and average in 2 s and not as they fly, so that a short stop gives one.
     pub short_surveys: bool,
-    /// Whether the hole has another direction at the end.
+    /// True if the hole has another direction at the end.
     pub hole_curves: bool,
     /// Share of runs in which no power cut and no hang is planned, so that counters go on from the first to the last
     /// second.

@@ -1,4 +1,5 @@
-//! A board on a desk: a tool at rest, a line, a watchdog, and a clock that goes on only while the program works or waits.
+//! A board on a desk: a tool at rest, a line, a watchdog, and a clock that goes on only while the program works or
+//! waits.
 
 use meerkat_mwd::{
     Config, Probe, Sample,
@@ -30,7 +31,7 @@ pub struct Desk {
     pub work_us: u64,
     pub telemetry_us: u64,
     pub bytes_per_s: u32,
-    /// Whether the line takes bytes at this time.
+    /// Returns true if the line takes bytes at this time.
     pub takes: fn(u64) -> bool,
     /// The next byte from the line at this time.
     pub line: Box<dyn FnMut(u64) -> Option<u8>>,

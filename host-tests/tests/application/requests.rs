@@ -32,8 +32,8 @@ fn a_flood_of_requests_keeps_no_survey_from_the_line() {
     assert!(boots <= 1 + 4 + 10 && (20..=8 + 4 * 20).contains(&answers), "{boots} boots, {answers} answers");
 }
 
-/// For 40 s the line takes nothing, as with a host that is busy elsewhere; then the host asks for a self-test, before it
-/// reads on. Reports of health, one in 5 s, must not have taken the room of the answer, and of what was found.
+/// For 40 s the line takes nothing, as with a host that is busy elsewhere; then the host asks for a self-test, before
+/// it reads on. Reports of health, one in 5 s, must not have taken the room of the answer, and of what was found.
 #[test]
 fn a_host_that_did_not_read_gets_its_answer() {
     let (mut payload, mut buffer) = ([0; MAX_PAYLOAD], [0; MAX_FRAME]);

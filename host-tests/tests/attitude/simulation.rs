@@ -120,7 +120,7 @@ pub fn feed(
     filter.attitude(AttitudeFlags::empty())
 }
 
-/// Whether every number of an attitude is finite and its quaternion a rotation.
+/// Returns true if every number of an attitude is finite and its quaternion a rotation.
 pub fn sound(a: &Attitude) -> bool {
     let norm: f32 = a.q.iter().map(|x| x * x).sum();
     angles_and_sigmas(a).iter().all(|x| x.is_finite() && *x >= 0.0) && (norm - 1.0).abs() < 1e-5

@@ -27,7 +27,7 @@ impl Played {
     pub fn ratio(&self) -> f64 {
         self.scores.with_effects.unwrap() / self.scores.bias_only.unwrap()
     }
-    /// Whether what was flown is worse than bias only by more than a twentieth and a fiftieth of a degree, as
+    /// Returns true if what was flown is worse than bias only by more than a twentieth and a fiftieth of a degree, as
     /// the bench counts harm.
     pub fn harmful(&self) -> bool {
         self.scores.with_effects.unwrap() > 1.05 * self.scores.bias_only.unwrap() + 0.02

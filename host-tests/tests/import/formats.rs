@@ -210,8 +210,8 @@ fn a_ulog() {
     assert!(half.abs_diff(original().samples.len() / 2) < 50, "{half}");
 }
 
-/// A .mat with a structure of single and double arrays, one of which lies, byte by byte after MathWorks' description of version 5;
-/// files that MATLAB itself wrote are in `bindings/python/tests/test_foreign.py`.
+/// A .mat with a structure of single and double arrays, one of which lies, byte by byte after MathWorks' description of
+/// version 5; files that MATLAB itself wrote are in `bindings/python/tests/test_foreign.py`.
 #[test]
 fn a_mat_file() {
     fn element(kind: u32, data: &[u8]) -> Vec<u8> {

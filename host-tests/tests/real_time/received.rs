@@ -40,7 +40,7 @@ impl Received {
         received
     }
 
-    /// Whether every byte belonged to a frame and no frame is missing.
+    /// Returns true if every byte belonged to a frame and no frame is missing.
     pub fn is_whole(&self) -> bool {
         let LinkCounters { bad, oversize, lost, .. } = self.link;
         (bad, oversize, lost) == (0, 0, 0)

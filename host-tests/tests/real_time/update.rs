@@ -1,5 +1,5 @@
-//! Another program, over the emulator's serial line into the probe: tried, confirmed or rolled back, with the power cut in
-//! the middle.
+//! Another program, over the emulator's serial line into the probe: tried, confirmed or rolled back, with the power cut
+//! in the middle.
 
 use super::live::{KEY, LiveProbe};
 use blake2::{Blake2s256, Digest};
@@ -198,8 +198,8 @@ impl Steps {
     }
 }
 
-/// Cuts the power in the given changes of an update, each time of a fresh probe. Afterwards the first program runs, whole;
-/// and the same update, sent again, ends as if nothing had happened.
+/// Cuts the power in the given changes of an update, each time of a fresh probe. Afterwards the first program runs,
+/// whole; and the same update, sent again, ends as if nothing had happened.
 fn cut(chosen: impl Fn(&Steps) -> Vec<u32>) {
     let Some(mut updated) = Updated::new() else { return };
     let program = small(Small::Hangs);
@@ -219,8 +219,8 @@ fn cut(chosen: impl Fn(&Steps) -> Vec<u32>) {
     }
 }
 
-/// Cuts the power in the given words of the trial's mark and the confirmation's. Afterwards the old program runs or the new
-/// one, whole, and a trial is not repeated.
+/// Cuts the power in the given words of the trial's mark and the confirmation's. Afterwards the old program runs or the
+/// new one, whole, and a trial is not repeated.
 fn cut_in_trial(words: impl Iterator<Item = u32>) {
     let Some(mut updated) = Updated::new() else { return };
     for word in words {

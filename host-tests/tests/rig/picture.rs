@@ -19,8 +19,8 @@ const WIDTH: usize = 64;
 /// Height of the window in which a page is drawn, pixels: more than any page that is looked at.
 const HEIGHT: u32 = 24_000;
 
-/// Rows of small pixels that are compared at once, and how far they may have moved since the rows before: a line of text
-/// more or less moves all that follows.
+/// Rows of small pixels that are compared at once, and how far they may have moved since the rows before: a line of
+/// text more or less moves all that follows.
 const ROWS: usize = 24;
 const MOVED: usize = 6;
 
@@ -135,8 +135,8 @@ impl Picture {
         self
     }
 
-    /// How far this picture is from another, each stretch of rows beside the rows of the other that it is most like. What
-    /// one has at its end and the other has not is as far as can be.
+    /// How far this picture is from another, each stretch of rows beside the rows of the other that it is most like.
+    /// What one has at its end and the other has not is as far as can be.
     pub fn apart(&self, other: &Self) -> Apart {
         let (mut moved, mut total, mut far, mut count) = (0_isize, 0.0, 0, 0);
         for (number, rows) in self.shades.chunks(ROWS * self.width).enumerate() {

@@ -115,7 +115,7 @@ impl Run {
             .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
     }
 
-    /// Whether the report's P flies and leaves at most a tenth of the rate error of bias only. Accuracy of a
+    /// Returns true if the report's P flies and leaves at most a tenth of the rate error of bias only. Accuracy of a
     /// window is measured elsewhere, without trouble.
     pub fn identified(&self, report: &WindowReport) -> bool {
         let [bias_only, _, flown] = self.rate_errors_deg_s(report);

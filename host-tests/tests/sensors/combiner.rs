@@ -115,7 +115,8 @@ fn a_field_that_comes_between_samples_is_not_lost() {
     );
 }
 
-/// Two parts that convert together, with stamps that err by up to a fiftieth of a period: the field is never a sample old.
+/// Two parts that convert together, with stamps that err by up to a fiftieth of a period: the field is never a sample
+/// old.
 #[test]
 fn a_field_of_the_samples_time_is_in_its_sample_however_the_stamps_err() {
     let mut combiner = Combiner::new(PERIOD_US as u32);

@@ -168,9 +168,8 @@ fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len
     tables
 }
 
-/// Whether the median is no worse than from the factory's prior, by more than chance makes of so few seeds: that of
-/// twelve errs by a seventh where they scatter by two fifths.
-/// The worst seed may be: see what is printed.
+/// Returns true if the median is no worse than from the factory's prior, by more than chance makes of so few seeds:
+/// that of twelve errs by a seventh where they scatter by two fifths. The worst seed may be: see what is printed.
 fn is_no_worse([nothing, _, filter]: &[Vec<[f64; AT_S.len()]>; 3], k: usize) -> bool {
     summary(filter, k)[0] <= 1.15 * summary(nothing, k)[0]
 }
@@ -208,8 +207,8 @@ fn a_gyro_that_has_changed_by_a_percent_in_between_is_found_again() {
         let tables = drilled(0.01, errs, moves_otherwise);
         print(&format!("{what}, deg/s"), &tables);
         // Ten seconds after the start of motion the stored P, which is off by 1.9 deg/s, has been left: the data
-        // exclude it. Where vector sensors err, what was learnt of these says so sooner than the model alone: 0.6 of its
-        // error is left of sixty seeds; the medians of twelve err by a seventh each.
+        // exclude it. Where vector sensors err, what was learnt of these says so sooner than the model alone: 0.6 of
+        // its error is left of sixty seeds; the medians of twelve err by a seventh each.
         let [model, filter] = [1, 2].map(|with| summary(&tables[with], 0)[0]);
         assert!(filter < 0.3 || filter < 0.75 * model, "{what}: {model} {filter}");
         for k in 0..AT_S.len() {

@@ -37,7 +37,7 @@ fn bits(model: &GyroModel) -> Vec<u32> {
     model.p.iter().flatten().chain(&model.b_rad_s).map(|x| x.to_bits()).collect()
 }
 
-/// Whether what flies is this to the bit.
+/// Returns true if what flies is this to the bit.
 fn flies(probe: &Probe, model: &StoredModel) -> bool {
     bits(probe.gyro_model()) == bits(&model.gyro) && *probe.effects() == model.effects
 }

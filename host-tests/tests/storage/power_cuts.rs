@@ -40,7 +40,7 @@ impl Promised {
         after
     }
 
-    /// Whether a store holds exactly this.
+    /// Returns true if a store holds exactly this.
     fn is_kept_by(&self, store: &mut SmallStore) -> bool {
         let mut chosen = |t| match store.restore(t).unwrap().outcome {
             Outcome::Chosen { model, .. } => Some(model),

@@ -70,7 +70,8 @@ impl Tool {
     }
 }
 
-/// Samples of ten minutes, once the failure must have been noticed, at which the gate would have let an erasure through.
+/// Samples of ten minutes, once the failure must have been noticed, at which the gate would have let an erasure
+/// through.
 fn let_through(drills: bool, fail: impl Fn(&mut Sample, &Sample) + Copy) -> usize {
     let mut tool = Tool::rested();
     let begin = (RESTS_S * 1e6) as u64;

@@ -35,8 +35,8 @@ type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;
 /// diagnose --against-reference`); a data sheet would state them.
 pub const AKTOS_T: Latency = Latency { gyro_s: Some(0.004), accel_s: Some(0.002_5), mag_s: Some(0.015) };
 
-/// The estimators compared, in the order of the rows. The perfect ones show what a delay that nobody declared costs, and
-/// what a field that points elsewhere does.
+/// The estimators compared, in the order of the rows. The perfect ones show what a delay that nobody declared costs,
+/// and what a field that points elsewhere does.
 pub const ESTIMATORS: [(&str, Estimator); 6] = [
     ("perfect, told as late as the gyro is", |trace| Ok(oracles::late(trace))),
     ("perfect, to the north of the mean field", |trace| Ok(oracles::to_the_fields_north(trace))),

@@ -26,8 +26,9 @@ pub(super) fn late(trace: &Trace) -> Vec<TimedAttitude> {
     reference_attitudes(trace, &Settings::default()).into_iter().map(told).collect()
 }
 
-/// The reference itself, turned about the vertical to the north that the magnetometer's mean over the recording shows: its
-/// errors that are fixed in the probe average out where the probe turns, and a field that is off all along does not.
+/// The reference itself, turned about the vertical to the north that the magnetometer's mean over the recording shows:
+/// its errors that are fixed in the probe average out where the probe turns, and a field that is off all along does
+/// not.
 pub(super) fn to_the_fields_north(trace: &Trace) -> Vec<TimedAttitude> {
     let fields = trace.samples.iter().filter(|sample| !sample.flags.contains(SampleFlags::MAG_MISSING));
     let fields: HashMap<u64, [f32; 3]> = fields.map(|sample| (sample.t_us, sample.mag_ut)).collect();

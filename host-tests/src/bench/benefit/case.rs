@@ -192,7 +192,7 @@ pub(super) struct Case {
     pub(super) scale: f64,
     pub(super) draw: u64,
     pub(super) errors: Errors,
-    /// Whether the last window left a P other than the factory's.
+    /// True if the last window left a P other than the factory's.
     pub(super) p_flies: bool,
     /// NEES / 9 of P.
     pub(super) nees: Option<f64>,
@@ -217,7 +217,7 @@ impl Errors {
             .then(|| ((self.bias_only_deg - self.flown_deg) / to_be_had_deg).clamp(-1.0, 1.0))
     }
 
-    /// Whether the factory's P would have been clearly better.
+    /// Returns true if the factory's P would have been clearly better.
     pub(super) fn harmed(&self) -> bool {
         let (factor, more_deg) = HARM;
         self.flown_deg > factor * self.bias_only_deg + more_deg

@@ -1,5 +1,5 @@
-//! Names that are given where there is no effect: in clean drilling over a grid of holes and speeds, and for the gyro of
-//! recordings.
+//! Names that are given where there is no effect: in clean drilling over a grid of holes and speeds, and for the gyro
+//! of recordings.
 
 use std::path::Path;
 

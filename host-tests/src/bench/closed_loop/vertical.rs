@@ -50,7 +50,7 @@ fn turned(scenario: &mut Scenario, random: &mut Random) {
 }
 
 struct Run {
-    /// Whether each of the two is named, and whether it is named or told as an alias.
+    /// For each of the two: is it named, and is it named or told as an alias?
     named: [bool; 2],
     told: [bool; 2],
     nees: f64,

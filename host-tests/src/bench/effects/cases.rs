@@ -35,11 +35,11 @@ impl Case {
     pub(super) fn library(&self) -> Library {
         if self.is_outside() { &WITHOUT_SOFT_IRON } else { &LIBRARY }
     }
-    /// Whether the case is one effect of the library.
+    /// Returns true if the case is one effect of the library.
     pub(super) fn is_alone(&self) -> bool {
         self.names.len() == 1 && !self.is_outside()
     }
-    /// Whether the case is a soft iron that the library lacks.
+    /// Returns true if the case is a soft iron that the library lacks.
     fn is_outside(&self) -> bool {
         [SOFT_IRON_OUTSIDE, SYMMETRIC_OUTSIDE].contains(&self.name)
     }
@@ -59,7 +59,7 @@ impl Case {
         let effect = LIBRARY.iter().find(|effect| self.is_alone() && Some(effect.name()) == self.own_name())?;
         Some(Observability::of(scenario, seed).is_expected(effect.parameters().len()))
     }
-    /// Whether the outcome is right: the effect named, or the residual unexplained if the library lacks it.
+    /// Returns true if the outcome is right: the effect named, or the residual unexplained if the library lacks it.
     pub(super) fn is_met(&self, outcome: &Outcome) -> bool {
         if self.is_outside() {
             outcome.verdict == Some(Verdict::UnexplainedResidual)
@@ -67,11 +67,11 @@ impl Case {
             self.is_named_by(&outcome.names)
         }
     }
-    /// Whether a name is that of one of the effects, or of one that cannot be told from it.
+    /// Returns true if a name is that of one of the effects, or of one that cannot be told from it.
     pub(super) fn allows(&self, name: &str) -> bool {
         self.names.iter().any(|names| names.contains(&name))
     }
-    /// Whether all effects are among the names found.
+    /// Returns true if all effects are among the names found.
     pub(super) fn is_named_by(&self, found: &[&str]) -> bool {
         self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
     }

@@ -24,7 +24,7 @@ const CLEARLY: f64 = 1.05;
 /// Difference of errors that matters, degrees.
 const MATTERS_DEG: f64 = 0.1;
 
-/// Whether the error with the loop is clearly larger than without it.
+/// Returns true if the error with the loop is clearly larger than without it.
 fn is_worse([without, with]: &[f64; 2]) -> bool {
     *with > CLEARLY * without
 }
@@ -32,7 +32,7 @@ fn is_worse([without, with]: &[f64; 2]) -> bool {
 struct Trial {
     outcome: Outcome,
     errors: Errors,
-    /// Whether what was drawn can be seen and matters, if one effect should be named.
+    /// True if what was drawn can be seen and matters, if one effect should be named.
     observable: Option<bool>,
     /// Sizes that were drawn, if they can be compared with those that are found.
     drawn: Option<Vec<f64>>,

@@ -38,14 +38,14 @@ const CHANCE: f64 = 3.29;
 
 /// Observability of an effect in a run.
 pub(super) struct Observability {
-    /// Whether it turns vectors or body by more than is tolerated.
+    /// True if it turns vectors or body by more than is tolerated.
     pub(super) matters: bool,
     /// Square of its size over its deviation.
     pub(super) squared: f64,
 }
 
 impl Observability {
-    /// Whether an effect with this many parameters can be expected to be named.
+    /// Returns true if an effect with this many parameters can be expected to be named.
     pub(super) fn is_expected(&self, parameters: usize) -> bool {
         let k = parameters as f64;
         // Chi-square by Wilson and Hilferty, Proc. Nat. Acad. Sci. 17 (1931) 684.

@@ -37,16 +37,16 @@ struct Trial {
 }
 
 impl Trial {
-    /// Whether all are named by their own names, and nothing else is.
+    /// Returns true if all are named by their own names, and nothing else is.
     fn exact(&self) -> bool {
         let own = |case: &&Case| case.own_name().is_some_and(|name| self.found.contains(&name));
         self.found.len() == self.drawn.len() && self.drawn.iter().all(own)
     }
-    /// Whether all are named, by their own names or by ones that cannot be told from them.
+    /// Returns true if all are named, by their own names or by ones that cannot be told from them.
     fn all_named(&self) -> bool {
         self.drawn.iter().all(|case| case.is_named_by(&self.found))
     }
-    /// Whether something is named that is not there.
+    /// Returns true if something is named that is not there.
     fn false_name(&self) -> bool {
         self.found.iter().any(|name| self.drawn.iter().all(|case| !case.allows(name)))
     }

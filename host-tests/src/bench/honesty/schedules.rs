@@ -149,8 +149,8 @@ pub struct Played {
 }
 
 impl Played {
-    /// Returns true if a sensor reads what a sound one may read in another motion: a gyro another rate than there is, an
-    /// accelerometer a gravity from elsewhere.
+    /// Returns true if a sensor reads what a sound one may read in another motion: a gyro another rate than there is,
+    /// an accelerometer a gravity from elsewhere.
     #[must_use]
     pub fn looks_sound(&self) -> bool {
         self.faults.iter().any(|fault| match KINDS[fault.kind].0 {

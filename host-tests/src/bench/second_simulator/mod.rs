@@ -84,7 +84,7 @@ impl Trial {
         self.outcome.names.iter().copied().filter(is_other).collect()
     }
 
-    /// Whether the loop makes the attitude clearly worse, and by an amount that matters.
+    /// Returns true if the loop makes the attitude clearly worse, and by an amount that matters.
     fn is_harmed(&self) -> bool {
         let [without, with] = self.attitude_deg;
         with > CLEARLY * without && with > without + MATTERS_DEG

@@ -100,7 +100,7 @@ fn of_gyro(imported: &Imported, axes: Axes, who: &str) -> Finding {
     )
 }
 
-/// Whether the angle between field and gravity is steadier as they are than with the field's axes turned so
+/// Returns true if the angle between field and gravity is steadier as they are than with the field's axes turned so
 /// that they agree with the gyro.
 fn vectors_agree_as_they_are(imported: &Imported, seen: Axes) -> bool {
     let merged = imported.merged;
@@ -219,7 +219,7 @@ fn dip(imported: &Imported) -> Option<Finding> {
     })
 }
 
-/// Whether the axis of a tool points up in most of the recording.
+/// Returns true if the axis of a tool points up in most of the recording.
 fn points_up_the_hole(imported: &Imported) -> bool {
     let along = |row: &[f64; 4]| -row[2] / Vector3::new(row[0], row[1], row[2]).norm();
     let mut cosines: Vec<f64> = imported.merged.accel.iter().map(along).filter(|cosine| cosine.is_finite()).collect();
@@ -229,7 +229,7 @@ fn points_up_the_hole(imported: &Imported) -> bool {
         && *cosines.select_nth_unstable_by(middle, f64::total_cmp).1 < UP_THE_HOLE_DEG.to_radians().cos()
 }
 
-/// Whether with the sign of one sensor's z turned the field dips as the header says.
+/// Returns true if with the sign of one sensor's z turned the field dips as the header says.
 fn flipped_z_dips(imported: &Imported, expected: f64) -> bool {
     let flipped = turned(&imported.merged.accel, &Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0)));
     let found = dip_deg(&flipped, &imported.merged.mag);

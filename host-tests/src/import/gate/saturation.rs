@@ -2,8 +2,8 @@
 //!
 //! An end of the range is known by readings that equal an extreme to the last digit, as the estimator knows a gyro's
 //! rail, wherever it lies: of one end of an axis, and of the largest size of all axes, whose range is one. Two things
-//! repeat an extreme, too, and are told apart by tests of their chance: a smooth peak in coarse digits, and an axis that
-//! stands still in them.
+//! repeat an extreme, too, and are told apart by tests of their chance: a smooth peak in coarse digits, and an axis
+//! that stands still in them.
 
 use statrs::distribution::{Binomial, DiscreteCDF};
 
@@ -19,8 +19,8 @@ const CHANCE: f64 = 1e-3 / 21.0;
 /// Values next to an extreme that together occur at least as often as it does in a smooth peak: within `n` steps
 /// of the digits below its top a parabola stays for a time that grows with the root of `n`, and that of 4 is 2.
 const NEXT: usize = 3;
-/// Share of readings that equal the one before, from which digits are so coarse that to come to a value anew says nothing:
-/// most do not change.
+/// Share of readings that equal the one before, from which digits are so coarse that to come to a value anew says
+/// nothing: most do not change.
 const COARSE: f64 = 0.5;
 /// Share of readings in saturation from which the recording is wrong.
 const SHARE: f64 = 0.05;

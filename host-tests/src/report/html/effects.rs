@@ -42,7 +42,7 @@ const NOT_LESS: &str = "<p class=\"about\">A residual that is no smaller with an
     second the probe's own acceleration hides an error of the accelerometer, and an error that stays as it is cancels; the log Bayes \
     factor weighs all of the window.</p>\n";
 
-/// Whether the residual is no smaller with the effect taken out.
+/// Returns true if the residual is no smaller with the effect taken out.
 fn is_not_less(found: &Found) -> bool {
     match found.residual_deg() {
         BeforeAfter { before: Some(before), after: Some(after) } => after > 0.99 * before,

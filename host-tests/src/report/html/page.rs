@@ -23,7 +23,7 @@ pub struct Page {
     over: (&'static str, &'static str),
     /// Scripts of the page's own.
     scripts: String,
-    /// Whether its script asks the server that it is from for news.
+    /// True if its script asks the server that it is from for news.
     is_live: bool,
 }
 

@@ -1,5 +1,5 @@
-//! The path of a hole in space, seen from the south-west or the south-east and above, with its shadow on the ground of the
-//! drawing.
+//! The path of a hole in space, seen from the south-west or the south-east and above, with its shadow on the ground of
+//! the drawing.
 
 use std::fmt::Write;
 

@@ -53,7 +53,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
 /// What a reader is told who sees one line of two.
 const COVERED: &str = "Before and after are so alike that one line covers the other. ";
 
-/// Whether one line covers the other: nowhere is it off by more than a hundredth of the largest.
+/// Returns true if one line covers the other: nowhere is it off by more than a hundredth of the largest.
 fn is_covered(before: &[[f64; 2]], after: &[[f64; 2]]) -> bool {
     let largest = before.iter().map(|[_, angle]| angle.abs()).fold(0.0, f64::max);
     let mut pairs = before.iter().zip(after);

@@ -42,7 +42,7 @@ pub struct Series {
     pub points: Vec<[f64; 3]>,
     /// Longest step that the line bridges, seconds.
     pub bridged_s: f64,
-    /// Whether each point is marked.
+    /// True if each point is marked.
     pub marked: bool,
 }
 
@@ -54,7 +54,7 @@ pub struct Plot<'a> {
     pub unit: &'a str,
     /// Name and unit of the axis below, mostly time.
     pub over: &'a str,
-    /// Whether that axis counts days since 1970, which are written as dates.
+    /// True if that axis counts days since 1970, which are written as dates.
     pub is_of_days: bool,
     /// Start of that axis.
     pub from: f64,

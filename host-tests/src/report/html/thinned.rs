@@ -19,7 +19,7 @@ pub type Point = [f64; 3];
 pub struct Thinned {
     /// The points.
     pub points: Vec<Point>,
-    /// Whether they stand at a quarter and at three quarters of each stretch.
+    /// True if they stand at a quarter and at three quarters of each stretch.
     pub is_even: bool,
 }
 

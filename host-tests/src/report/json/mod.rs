@@ -124,7 +124,7 @@ struct EffectJson {
     taken_out_s: Option<f64>,
     /// Log Bayes factor.
     evidence: Option<f32>,
-    /// Whether it is taken out of the readings; not if it is larger than such an effect can be.
+    /// True if it is taken out of the readings; not if it is larger than such an effect can be.
     taken_out: bool,
     residual_before: Option<f64>,
     residual_after: Option<f64>,

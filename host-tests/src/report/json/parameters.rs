@@ -19,7 +19,7 @@ pub struct Parameters {
     pub observable: [bool; 12],
     /// Number of independent directions that the data observe.
     pub rank: u8,
-    /// Whether `sigma` is the prior's: no window was accepted.
+    /// True if `sigma` is the prior's: no window was accepted.
     #[serde(skip)]
     pub is_prior: bool,
 }

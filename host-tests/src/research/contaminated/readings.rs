@@ -18,7 +18,7 @@ pub(super) struct Reading {
     pub raw: Vector3<f64>,
     /// Gravity (minus specific force, m/s^2) and field (microtesla), body axes.
     pub vectors: [Vector3<f64>; 2],
-    /// Whether gyro, accelerometer and magnetometer are hit; only the oracle may look.
+    /// For gyro, accelerometer and magnetometer: true if it is hit; only the oracle may look.
     pub hit: [bool; 3],
 }
 

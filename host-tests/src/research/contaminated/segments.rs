@@ -21,7 +21,7 @@ pub(super) struct Sighting {
     pub sensor: usize,
     pub predicted: Vector3<f64>,
     pub measured: Vector3<f64>,
-    /// Whether a sample in it was hit; only the oracle may look.
+    /// True if a sample in it was hit; only the oracle may look.
     pub hit: bool,
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Equation {
     pub right: Vector3<f64>,
     /// 0 gravity, 1 field.
     pub sensor: usize,
-    /// Whether a sample in it was hit; only the oracle may look.
+    /// True if a sample in it was hit; only the oracle may look.
     pub hit: bool,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct WeakForm<'a> {
     /// Standard deviation of one component of the equations of gravity (m/s^2) and field (microtesla).
     pub sigma: [f64; 2],
     pub prior: &'a Prior,
-    /// Whether an equation of gravity counts no more than that of the field over the same test window: a
+    /// True if an equation of gravity counts no more than that of the field over the same test window: a
     /// fault of the gyro spoils both, and only the field is sharp enough to show it.
     pub coupled: bool,
 }

@@ -55,7 +55,7 @@ impl Window {
         f64::from(RADIUS) * square.sqrt()
     }
 
-    /// Whether a cost, prior included, is within 1 % of the lowest.
+    /// Returns true if a cost, prior included, is within 1 % of the lowest.
     pub fn is_reached(&self, cost: f32) -> bool {
         cost < 1.01 * self.lowest
     }

@@ -21,8 +21,8 @@ use crate::{
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Items of record 7: number, value, decimals. Lengths in metres, angles in degrees, doglegs in the metric unit DGHM,
-/// read as degrees in a hundred metres as its twin DGHF is in a hundred feet. Items and units are those of the dictionary
-/// in <https://github.com/mwdstd/mwdstdwits>; the specification itself was not at hand.
+/// read as degrees in a hundred metres as its twin DGHF is in a hundred feet. Items and units are those of the
+/// dictionary in <https://github.com/mwdstd/mwdstdwits>; the specification itself was not at hand.
 fn items(s: &SurveyedStation) -> [(u8, Option<f64>, usize); 9] {
     let [north, east, tvd] = s.position_m;
     [
