@@ -266,7 +266,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 
     /// Sets the library of effects that takes effect with the next [`Probe::configure`]. The default is
-    /// [`LIBRARY`](crate::compensation::effects::LIBRARY).
+    /// [`LIBRARY`].
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
         self.next_library = Some(library);
     }
