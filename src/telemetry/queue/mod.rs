@@ -130,7 +130,8 @@ impl<const RESULTS: usize, const SAMPLES: usize, const ATTITUDE: usize> Telemetr
     }
 
     /// Returns true if an answer waits.
-    pub(crate) fn has_answers(&self) -> bool {
+    #[must_use]
+    pub fn has_answers(&self) -> bool {
         !self.answers.is_empty()
     }
 
