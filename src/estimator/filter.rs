@@ -181,7 +181,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
 
     /// Axes of the body that have not turned, in a drill string: there the earth's field is the same over the whole
     /// path, and only turns of an axis or a declared field tell a constant field along it from the earth's.
-    pub fn unturned(&self) -> [bool; 3] {
+    fn unturned(&self) -> [bool; 3] {
         if self.settings.noise.field_is_even { self.course.pointing.hides() } else { [false; 3] }
     }
 
