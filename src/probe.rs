@@ -30,7 +30,7 @@ use crate::{
     estimator::{EFFECTS, WINDOW_NODES},
     identification::{Identifier, WindowCost, WindowReport},
     magnet::{HardIronCounts, HardIronInterval},
-    sample::{Sample, SampleFlags},
+    sample::{Sample, SampleFlags, TurnFlags},
 };
 use corrector::Found;
 use latency::mag_delay_sigma_s;
@@ -265,6 +265,13 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.freeze(at_us);
     }
 
+    /// Accepts no P while the sensors do not agree on these turns, as found by a
+    /// [`MountingCheck`](crate::sensors::MountingCheck), and grades no survey good. It lasts until the next call or
+    /// configuration.
+    pub const fn mistrust_mounting(&mut self, wrong: TurnFlags) {
+        self.identifier.mistrust_mounting(wrong);
+    }
+
     /// Sets the library of effects that takes effect with the next [`Probe::configure`]. The default is
     /// [`LIBRARY`].
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
@@ -328,9 +335,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// Counters since the configuration.
     #[must_use]
     pub const fn counters(&self) -> Counters {
+        let [reports_lost, overruns] = self.identifier.reports_lost_and_overruns();
         Counters {
-            overruns: self.identifier.overruns,
-            reports_lost: self.identifier.reports_lost,
+            overruns,
+            reports_lost,
             diagnoses_lost: self.identifier.diagnoses_lost(),
             increments_lost: self.identifier.increments_lost(),
             ..self.session.counters

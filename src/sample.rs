@@ -46,6 +46,26 @@ impl SampleFlags {
     }
 }
 
+bitflags::bitflags! {
+    /// Turns about the probe's axes, as gyro and accelerometer and as gyro and magnetometer agree on them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+    pub struct TurnFlags: u16 {
+        /// A turn about x, by gravity.
+        const X_BY_ACCEL = 1;
+        /// A turn about y, by gravity.
+        const Y_BY_ACCEL = 1 << 1;
+        /// A turn about z, by gravity.
+        const Z_BY_ACCEL = 1 << 2;
+        /// A turn about x, by the field.
+        const X_BY_MAG = 1 << 3;
+        /// A turn about y, by the field.
+        const Y_BY_MAG = 1 << 4;
+        /// A turn about z, by the field.
+        const Z_BY_MAG = 1 << 5;
+    }
+}
+
 /// A vector sensor of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -220,7 +220,8 @@ impl<'a, B: Board> Application<'a, B> {
         if let Some(memory) = memory {
             memory.sample(sample);
         }
-        commands.mounting.update(sample);
+        commands.mounting.update(sample, probe.gyro_model().b_rad_s);
+        probe.mistrust_mounting(commands.mounting.wrong());
         let output = probe.push(sample);
         let now_us = self.board.now_us();
         let began_afresh = output.is_some() && probe.began_afresh();

@@ -5,7 +5,7 @@ use super::{DiagnosisReport, EffectReport, Verdict};
 use crate::{
     compensation::{ActiveEffects, Effect, FoundEffect, Sensor},
     config::Config,
-    estimator::{Claim, Estimator, MAX_CLAIMED, Posterior, Refusal},
+    estimator::{Claim, Estimator, MAX_CLAIMED, Refusal},
 };
 use heapless::Vec;
 
@@ -66,13 +66,14 @@ impl<const REPORTS: usize> Findings<REPORTS> {
         self.flown = *effects;
     }
 
-    /// Reports the effects of a posterior. `flies`: the posterior's model is to fly, and its effects too.
+    /// Reports the effects of a posterior. `fitness`: whether it may fly; `flies`: its model is to fly, and its effects
+    /// too.
     #[inline(never)]
     pub fn judge<const NODES: usize, const COLUMNS: usize>(
         &mut self,
         [t_start_us, t_end_us]: [u64; 2],
-        (posterior, estimator): (&Posterior, &Estimator<f32, NODES, COLUMNS>),
-        flies: bool,
+        estimator: &Estimator<f32, NODES, COLUMNS>,
+        (fitness, flies): (Result<(), Refusal>, bool),
         config: &Config,
     ) {
         let library = estimator.library();
@@ -80,7 +81,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
             t_start_us,
             t_end_us,
             t_effect_us: 0,
-            verdict: verdict(posterior, estimator),
+            verdict: verdict(fitness, estimator),
             effects: [EffectReport::default(); MAX_CLAIMED],
             count: 0,
             tried: *estimator.tried(),
@@ -193,11 +194,11 @@ impl EffectReport {
 }
 
 fn verdict<const NODES: usize, const COLUMNS: usize>(
-    posterior: &Posterior,
+    fitness: Result<(), Refusal>,
     estimator: &Estimator<f32, NODES, COLUMNS>,
 ) -> Verdict {
-    match posterior.fitness {
-        Err(Refusal::Diverged { .. }) => Verdict::UnexplainedResidual,
+    match fitness {
+        Err(Refusal::Diverged { .. } | Refusal::WrongMounting { .. }) => Verdict::UnexplainedResidual,
         Err(_) => Verdict::NotEnoughExcitation,
         Ok(()) if estimator.is_unexplained() => Verdict::UnexplainedResidual,
         Ok(()) if estimator.claims().is_empty() => Verdict::ModelSufficient,

@@ -1,14 +1,17 @@
 //! Increments of 40 ms, made of samples: the rotation by the gyro, and the vectors' means turned to the middle. The
 //! samples themselves are not stored.
 
-use super::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33};
+mod sums;
+
+pub use sums::Composition;
+
+use super::real::{Real, V3, norm, rotation, square, widened, zero3};
 use crate::{
     change::{Change, FORCE_M_S3, RATE_RAD_S2},
-    compensation::GyroModel,
     sample::Reading,
     time_step::GAP_PERIODS,
 };
-use nalgebra::Matrix3;
+use sums::Sums;
 
 /// Number of increments in a second, rounded to whole samples. By hand 12.5 are as good; the rates of drilling need 25.
 const INCREMENTS_PER_S: f32 = 25.0;
@@ -76,29 +79,7 @@ pub enum Item<T> {
     },
 }
 
-/// The gyro model that rotations are composed with.
-#[derive(Clone, Copy)]
-pub struct Composition<T> {
-    p: M3<T>,
-    inverse: M3<T>,
-    bias: V3<T>,
-}
-
-impl<T: Real> Composition<T> {
-    pub const fn zero() -> Self {
-        Self { p: zero33(), inverse: zero33(), bias: zero3() }
-    }
-
-    /// `None` where P has no inverse.
-    pub fn new(model: &GyroModel) -> Option<Self> {
-        let p = model.p_matrix();
-        let inverse = p.try_inverse()?;
-        let wide = |m: &nalgebra::Matrix3<f32>| M3::from_fn(|i, j| m.get((i, j)).map_or(T::ZERO, |x| T::of(*x)));
-        Some(Self { p: wide(&p), inverse: wide(&inverse), bias: widened(&V3::from(model.b_rad_s)) })
-    }
-}
-
-/// Sums of the increment in progress.
+/// Maker of increments.
 #[derive(Clone, Copy)]
 pub struct Builder<T> {
     period_s: T,
@@ -118,23 +99,8 @@ pub struct Builder<T> {
     /// Part of the waiting and of the lost time without any sample, seconds.
     silent_s: T,
     is_lost: bool,
-    samples: u16,
-    seconds: T,
-    turned: T,
-    with: Composition<T>,
-    rotation: Matrix3<T>,
-    force: V3<T>,
-    forces: u16,
-    field: V3<T>,
-    fields: u16,
-    steps: T,
-    pairs: u16,
-    rates: V3<T>,
-    squares: V3<T>,
-    square_force: T,
-    square_peak: T,
-    unread_turn: T,
-    unread_velocity: T,
+    /// The increment in progress.
+    sums: Sums<T>,
     warming_k: Option<T>,
 }
 
@@ -154,23 +120,7 @@ impl<T: Real> Builder<T> {
             waiting_s: T::ZERO,
             silent_s: T::ZERO,
             is_lost: false,
-            samples: 0,
-            seconds: T::ZERO,
-            turned: T::ZERO,
-            with: Composition::zero(),
-            rotation: zero33(),
-            force: zero3(),
-            forces: 0,
-            field: zero3(),
-            fields: 0,
-            steps: T::ZERO,
-            pairs: 0,
-            rates: zero3(),
-            squares: zero3(),
-            square_force: T::ZERO,
-            square_peak: T::ZERO,
-            unread_turn: T::ZERO,
-            unread_velocity: T::ZERO,
+            sums: Sums::zero(),
             warming_k: None,
         }
     }
@@ -240,7 +190,7 @@ impl<T: Real> Builder<T> {
         }
         if !self.has_begun {
             (self.has_begun, self.is_lost, self.silent_s) = (true, false, T::ZERO);
-            self.begin(with);
+            self.sums = Sums::begun(with);
             return None;
         }
         let ends = rate_before.filter(|_| !is_whole).map(|before| [before, rate]);
@@ -258,11 +208,11 @@ impl<T: Real> Builder<T> {
         } else {
             self.add(interval_s, &rate, [force_before, force], field);
         }
-        if self.samples < self.per_increment && self.turned < T::of(LONGEST_TURN_RAD) {
+        if self.sums.samples < self.per_increment && self.sums.turned < T::of(LONGEST_TURN_RAD) {
             return None;
         }
-        let increment = self.end(t_us);
-        self.begin(with);
+        let increment = self.sums.end(t_us, self.warming_k);
+        self.sums = Sums::begun(with);
         Some(Item::Increment(increment))
     }
 
@@ -272,8 +222,7 @@ impl<T: Real> Builder<T> {
         let narrow = |v: &V3<T>| v.map(|x| x.narrow());
         let readings = libm::roundf((seconds / self.period_s).narrow());
         let count = T::of(readings);
-        let centred = (before + after) * T::of(0.5) - self.with.bias;
-        let turn = self.with.p * centred * seconds;
+        let [centred, turn] = self.sums.turn(&((before + after) * T::of(0.5)), seconds);
         let by_change = T::of(self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow()));
         let is_long = readings > libm::roundf(LONGEST_LOSS_S / self.period_s.narrow());
         let unread_turn = by_change + if is_long { square(&turn) } else { T::ZERO };
@@ -282,45 +231,35 @@ impl<T: Real> Builder<T> {
         if !is_known {
             return false;
         }
+        let sums = &mut self.sums;
         let half = rotation(&(turn * T::of(0.5)));
-        let middle = self.rotation * half;
+        let middle = sums.rotation * half;
         if let [Some(before), Some(after)] = &forces {
-            self.force += middle * (before + after) * (count * T::of(0.5));
-            self.forces = self.forces.saturating_add(readings as u16);
+            sums.force += middle * (before + after) * (count * T::of(0.5));
+            sums.forces = sums.forces.saturating_add(readings as u16);
             let unread = self.force_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow());
-            self.unread_velocity += T::of(unread);
+            sums.unread_velocity += T::of(unread);
         }
-        self.rotation = middle * half;
-        self.turn_before = self.with.p * (after - self.with.bias) * self.period_s;
-        self.rates += centred * count;
-        self.squares += centred.component_mul(&centred) * count;
-        self.samples = self.samples.saturating_add(readings as u16);
-        self.seconds += seconds;
-        self.turned += norm(&turn);
-        self.unread_turn += unread_turn;
+        sums.rotation = middle * half;
+        sums.rates += centred * count;
+        sums.squares += centred.component_mul(&centred) * count;
+        sums.samples = sums.samples.saturating_add(readings as u16);
+        sums.seconds += seconds;
+        sums.turned += norm(&turn);
+        sums.unread_turn += unread_turn;
+        let [_, turn_before] = sums.turn(after, self.period_s);
+        self.turn_before = turn_before;
         true
     }
 
     /// Makes a gap of the increment in progress and of the time since the last usable rate.
     fn gap(&mut self, with: &Composition<T>) -> Item<T> {
-        let lost_s = self.seconds + self.waiting_s;
+        let lost_s = self.sums.seconds + self.waiting_s;
         self.waiting_s = T::ZERO;
         self.is_lost = true;
         self.rate_before = None;
-        self.begin(with);
+        self.sums = Sums::begun(with);
         Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
-    }
-
-    fn begin(&mut self, with: &Composition<T>) {
-        self.samples = 0;
-        (self.seconds, self.turned) = (T::ZERO, T::ZERO);
-        self.with = *with;
-        self.rotation = identity();
-        (self.force, self.forces, self.field, self.fields) = (zero3(), 0, zero3(), 0);
-        (self.steps, self.pairs) = (T::ZERO, 0);
-        (self.rates, self.squares) = (zero3(), zero3());
-        (self.square_force, self.square_peak) = (T::ZERO, T::ZERO);
-        (self.unread_turn, self.unread_velocity) = (T::ZERO, T::ZERO);
     }
 
     /// Sets the temperature of the samples to come, over the effects' reference temperature, K.
@@ -329,69 +268,13 @@ impl<T: Real> Builder<T> {
     }
 
     /// Adds the interval between two samples.
-    fn add(&mut self, seconds: T, rate: &V3<T>, [force_before, force]: [Option<V3<T>>; 2], field: Option<V3<T>>) {
-        let centred = rate - self.with.bias;
-        let turn = self.with.p * centred * seconds;
+    fn add(&mut self, seconds: T, rate: &V3<T>, forces: [Option<V3<T>>; 2], field: Option<V3<T>>) {
+        let [centred, turn] = self.sums.turn(rate, seconds);
         // The mean rate of an interval through which the axis itself turns is not yet its rotation: Bortz, to second
         // order.
         let coning = self.turn_before.cross(&turn) * T::of(1.0 / 12.0);
         self.turn_before = turn;
-        let whole = turn + coning;
-        let (at, end) = if self.is_instant {
-            let half = rotation(&(whole * T::of(0.5)));
-            let middle = self.rotation * half;
-            (middle, middle * half)
-        } else {
-            let end = self.rotation * rotation(&whole);
-            (end, end)
-        };
-        // A sensor's reading is a mean as the gyro's is, over a sample period: what turns through it is shorter by
-        // angle^2 / 24 across the axis.
-        let turned = |read: &V3<T>| at * (read - turn.cross(&turn.cross(read)) * T::of(1.0 / 24.0));
-        if let Some(force) = force {
-            self.force += turned(&force);
-            self.forces += 1;
-            if let Some(before) = force_before {
-                self.steps += square(&(force - before));
-                self.pairs += 1;
-            }
-            let square = square(&force);
-            self.square_force += square;
-            self.square_peak = if square > self.square_peak { square } else { self.square_peak };
-        }
-        if let Some(field) = field {
-            self.field += turned(&field);
-            self.fields += 1;
-        }
-        self.rotation = end;
-        self.rates += centred;
-        self.squares += centred.component_mul(&centred);
-        self.samples += 1;
-        self.seconds += seconds;
-        self.turned += norm(&turn);
-    }
-
-    fn end(&self, end_us: u64) -> Increment<T> {
-        let turned = rotation_vector(&self.rotation);
-        let back = rotation(&(turned * T::of(-0.5)));
-        let mean = |sum: &V3<T>, count: u16| (count > 0).then(|| back * (sum / T::of(f32::from(count))));
-        let n = T::of(f32::from(self.samples));
-        let rates = self.rates / n;
-        Increment {
-            end_us,
-            seconds: self.seconds,
-            rate: self.with.inverse * turned / self.seconds + self.with.bias,
-            force: mean(&self.force, self.forces),
-            field: mean(&self.field, self.fields),
-            // The difference of two samples has twice the variance, and there are three axes.
-            vibration: if self.pairs > 0 { self.steps / T::of(6.0 * f32::from(self.pairs)) } else { T::ZERO },
-            mean_rate: rates + self.with.bias,
-            rate_variance: self.squares / n - rates.component_mul(&rates),
-            square_force: if self.forces > 0 { self.square_force / T::of(f32::from(self.forces)) } else { T::ZERO },
-            peak: self.square_peak.root(),
-            warming_k: self.warming_k,
-            unread_turn: self.unread_turn,
-            unread_velocity: self.unread_velocity,
-        }
+        let at = self.sums.go_on(&(turn + coning), self.is_instant);
+        self.sums.add(seconds, [&centred, &turn], &at, forces, field);
     }
 }

@@ -1,5 +1,7 @@
-//! Reasons for which P is refused. They are found in `posterior.rs` (`Filter::fitness`), but for `Overrun`, which
-//! `identification/identifier.rs` finds.
+//! Reasons for which P is refused. They are found in `posterior.rs` (`Filter::fitness`), but for `Overrun` and
+//! `WrongMounting`, which `identification/identifier.rs` knows of.
+
+use crate::sample::TurnFlags;
 
 /// Reason for which P was refused. Telemetry numbers the reasons in this order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,5 +45,12 @@ pub enum Refusal {
     MagnetometerUncalibrated {
         /// Hard iron, of the field's norm.
         hard_iron_share: f32,
+    },
+    /// The sensors do not agree on turns: a sign, a unit or an axis is wrong. Like `Overrun` nothing that the estimator
+    /// says itself.
+    WrongMounting {
+        /// Turns about which they do not agree.
+        #[cfg_attr(all(feature = "defmt", target_os = "none"), defmt(Debug2Format))]
+        turns: TurnFlags,
     },
 }

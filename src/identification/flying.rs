@@ -7,6 +7,7 @@ use crate::{
     compensation::{GyroModel, Theta},
     config::{Config, IdentificationConfig},
     estimator::Posterior,
+    sample::TurnFlags,
 };
 
 /// Facts beside the posterior from which an update is judged.
@@ -19,13 +20,15 @@ pub(super) struct Flight<'a> {
     /// True if there was a rest after the samples that the flown bias comes from.
     pub rest_is_news: bool,
     pub rest_s: f32,
+    /// Turns about which the sensors do not agree.
+    pub mounting_wrong: TurnFlags,
 }
 
 impl Flight<'_> {
     /// Judges an update before any search.
     #[inline(never)]
     pub fn judged(&self, update: &Update, posterior: &Posterior) -> WindowReport {
-        let (decision, flown) = decide(self.flown, posterior, self.rest_is_news);
+        let (decision, flown) = decide(self.flown, posterior, self.fitness(posterior), self.rest_is_news);
         let mut p_covariance = [[0.0; 15]; 3];
         p_covariance.as_flattened_mut().iter_mut().zip(posterior.p_covariance).for_each(|(to, from)| *to = from);
         let of_bias = posterior.observable.iter().skip(9).filter(|observable| **observable).count();
@@ -45,6 +48,14 @@ impl Flight<'_> {
             widths: posterior.widths,
             ..self.without_result(update, Refusal::Overrun)
         }
+    }
+
+    /// Fitness of a posterior to fly.
+    pub const fn fitness(&self, posterior: &Posterior) -> Result<(), Refusal> {
+        if self.mounting_wrong.is_empty() {
+            return posterior.fitness;
+        }
+        Err(Refusal::WrongMounting { turns: self.mounting_wrong })
     }
 
     /// Reports an update without a result: the flown model stays.
@@ -94,8 +105,13 @@ fn prior_sigma(config: &IdentificationConfig) -> Theta {
     })
 }
 
-fn decide(flown: &GyroModel, posterior: &Posterior, rest_is_news: bool) -> (Decision, GyroModel) {
-    let refusal = match posterior.fitness {
+fn decide(
+    flown: &GyroModel,
+    posterior: &Posterior,
+    fitness: Result<(), Refusal>,
+    rest_is_news: bool,
+) -> (Decision, GyroModel) {
+    let refusal = match fitness {
         Ok(()) if posterior.gyro.is_valid() => return (Decision::Accepted, posterior.gyro),
         Ok(()) => Refusal::Diverged { nis: posterior.nis },
         Err(refusal) => refusal,

@@ -15,7 +15,7 @@ use crate::{
     diagnosis::{DiagnosisReport, Findings},
     estimator::{Estimator, KnownAttitude, Settings},
     optimizer::{Cost, Progress},
-    sample::Reading,
+    sample::{Reading, TurnFlags},
 };
 use heapless::{Deque, Vec};
 
@@ -43,20 +43,43 @@ pub(crate) struct Identifier<const NODES: usize, const COLUMNS: usize, const REP
     estimator: Estimator<f32, NODES, COLUMNS>,
     schedule: Schedule<WindowReport>,
     findings: Findings<REPORTS>,
+    state: State,
+    /// Report of the window that is being searched.
+    searched: Vec<WindowReport, 1>,
+    search: Search,
+    /// Reports waiting to be polled.
+    pending: Deque<WindowReport, REPORTS>,
+}
+
+/// What has come of the samples since the configuration, beside what the parts keep. A new configuration resets it as
+/// one value.
+struct State {
     flown: GyroModel,
     bias_only: GyroModel,
     /// Latest sample that the flown bias comes from, microseconds; 0 for none.
     bias_known_us: u64,
-    /// Report of the window that is being searched.
-    searched: Vec<WindowReport, 1>,
-    search: Search,
     /// Cost of the posterior's mean on the searched window.
     cost_of_mean: f32,
-    /// Reports waiting to be polled.
-    pending: Deque<WindowReport, REPORTS>,
     /// Reports dropped because nobody polled them.
-    pub reports_lost: u32,
-    pub overruns: u32,
+    reports_lost: u32,
+    overruns: u32,
+    /// Turns about which the sensors do not agree: while there are any, no P is accepted.
+    mounting_wrong: TurnFlags,
+}
+
+impl State {
+    /// Flies a model, of which nothing was learnt.
+    const fn of(model: GyroModel) -> Self {
+        Self {
+            flown: model,
+            bias_only: model,
+            bias_known_us: 0,
+            cost_of_mean: 0.0,
+            reports_lost: 0,
+            overruns: 0,
+            mounting_wrong: TurnFlags::empty(),
+        }
+    }
 }
 
 impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<NODES, COLUMNS, REPORTS> {
@@ -65,15 +88,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
             estimator: Estimator::zero(),
             schedule: Schedule::zero(),
             findings: Findings::zero(),
-            flown: GyroModel::UNSET,
-            bias_only: GyroModel::UNSET,
-            bias_known_us: 0,
+            state: State::of(GyroModel::UNSET),
             searched: Vec::new(),
             search: Search::None,
-            cost_of_mean: 0.0,
             pending: Deque::new(),
-            reports_lost: 0,
-            overruns: 0,
         }
     }
 
@@ -82,20 +100,17 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.estimator.configure(&Settings::new(config), if config.effects { library } else { &[] });
         self.schedule.configure(config);
         self.findings.start();
-        self.flown = config.gyro;
-        self.bias_only = config.gyro;
-        self.bias_known_us = 0;
+        self.state = State::of(config.gyro);
         self.searched.clear();
+        self.search = Search::None;
         self.pending.clear();
-        self.reports_lost = 0;
-        self.overruns = 0;
     }
 
     /// Flies this model, known with these deviations, from the first sample on. Call it between
     /// `configure` and `start`.
     #[cfg(feature = "storage")]
     pub fn restore(&mut self, gyro: &GyroModel, sigma: &Theta, effects: &ActiveEffects) {
-        self.flown = *gyro;
+        self.state.flown = *gyro;
         self.findings.restore(effects);
         self.estimator.restore(gyro, sigma, effects);
         self.estimator.compose_with(gyro);
@@ -131,7 +146,22 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     }
 
     pub const fn flown(&self) -> &GyroModel {
-        &self.flown
+        &self.state.flown
+    }
+
+    /// Turns about which the sensors do not agree.
+    pub const fn mounting_wrong(&self) -> TurnFlags {
+        self.state.mounting_wrong
+    }
+
+    /// Sets the turns about which the sensors do not agree: while there are any, no P is accepted.
+    pub const fn mistrust_mounting(&mut self, wrong: TurnFlags) {
+        self.state.mounting_wrong = wrong;
+    }
+
+    /// Returns the number of reports that nobody polled, and of updates that came too late.
+    pub const fn reports_lost_and_overruns(&self) -> [u32; 2] {
+        [self.state.reports_lost, self.state.overruns]
     }
 
     /// Returns the number of increments that the estimator has lost.
@@ -174,18 +204,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.searched.clear();
         let Some(mut report) = result else {
             self.findings.drop_waiting();
-            self.overruns = self.overruns.saturating_add(1);
+            self.state.overruns = self.state.overruns.saturating_add(1);
             let report = self.flight(config, &update).without_result(&update, Refusal::Overrun);
             self.announce(&update, report);
             return None;
         };
         report.t_effect_us = Some(t_us);
-        self.bias_only = report.bias_only;
-        let has_changed = report.flown != self.flown;
+        self.state.bias_only = report.bias_only;
+        let has_changed = report.flown != self.state.flown;
         if has_changed {
-            self.flown = report.flown;
-            self.estimator.compose_with(&self.flown);
-            self.bias_known_us = report.t_end_us;
+            self.state.flown = report.flown;
+            self.estimator.compose_with(&self.state.flown);
+            self.state.bias_known_us = report.t_end_us;
         }
         let effects = self.findings.take_effect(t_us, update.is_window, self.estimator.library());
         self.announce(&update, report);
@@ -237,10 +267,12 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     #[inline(never)]
     fn judge(&mut self, update: &Update, config: &Config) -> u32 {
         let Some(posterior) = self.estimator.posterior() else { return 0 };
-        let mut report = self.flight(config, update).judged(update, posterior);
+        let flight = self.flight(config, update);
+        let mut report = flight.judged(update, posterior);
+        let fitness = flight.fitness(posterior);
         let window_us = [update.window_start_us, update.t_us];
         let flies = report.decision == Decision::Accepted;
-        self.findings.judge(window_us, (posterior, &self.estimator), flies, config);
+        self.findings.judge(window_us, &self.estimator, (fitness, flies), config);
         if update.is_window {
             self.estimator.start_remainder();
         }
@@ -250,9 +282,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
             return JUDGE_UNITS;
         };
         let finite = |cost: f32| cost.is_finite().then_some(cost);
-        report.cost_before = finite(cost.evaluate(&cost.coordinates(&self.flown)));
-        self.cost_of_mean = cost.evaluate(&[0.0; 12]);
-        report.cost_after = finite(self.cost_of_mean);
+        report.cost_before = finite(cost.evaluate(&cost.coordinates(&self.state.flown)));
+        self.state.cost_of_mean = cost.evaluate(&[0.0; 12]);
+        report.cost_after = finite(self.state.cost_of_mean);
         let id = &config.identification;
         self.search = Search::new(id.optimizer, id.max_evaluations, config.seed ^ update.since_start_us);
         // The slot was emptied when the update before took effect, so there is room.
@@ -273,12 +305,12 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         report.evaluations = self.search.evaluations();
         if let (Some(cost), Some((y, found))) = (cost, self.search.best()) {
             let model = cost.model(&y);
-            let is_better = found < self.cost_of_mean && model.is_valid();
-            report.cost_gained_by_search = Some(if is_better { self.cost_of_mean - found } else { 0.0 });
+            let is_better = found < self.state.cost_of_mean && model.is_valid();
+            report.cost_gained_by_search = Some(if is_better { self.state.cost_of_mean - found } else { 0.0 });
             if is_better {
                 report.cost_after = Some(found);
                 (report.fitted, report.flown) = (model, model);
-                report.deg_per_turn = deg_per_turn(&self.flown, &model);
+                report.deg_per_turn = deg_per_turn(&self.state.flown, &model);
             }
         }
         self.schedule.conclude(report);
@@ -290,17 +322,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         let window_s = update.t_us.saturating_sub(update.window_start_us) as u32 / 1_000_000;
         Flight {
             config,
-            flown: &self.flown,
-            bias_only: &self.bias_only,
-            rest_is_news: self.estimator.last_rest_us().is_some_and(|us| us > self.bias_known_us),
+            flown: &self.state.flown,
+            bias_only: &self.state.bias_only,
+            rest_is_news: self.estimator.last_rest_us().is_some_and(|us| us > self.state.bias_known_us),
             rest_s: self.estimator.rest_seconds(window_s) as f32,
+            mounting_wrong: self.state.mounting_wrong,
         }
     }
 
     /// Hands out the report of an update that closes a window.
     fn announce(&mut self, update: &Update, report: WindowReport) {
         if update.is_window && self.pending.push_back(report).is_err() {
-            self.reports_lost = self.reports_lost.saturating_add(1);
+            self.state.reports_lost = self.state.reports_lost.saturating_add(1);
         }
     }
 

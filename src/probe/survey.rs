@@ -3,7 +3,7 @@
 use super::{Output, Probe};
 use crate::{
     compensation::Snapshot,
-    sample::{Reading, Sample, SampleFlags},
+    sample::{Reading, Sample, SampleFlags, TurnFlags},
     survey::SurveyInput,
 };
 use nalgebra::Vector3;
@@ -50,7 +50,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// attitude. It is for [`Surveyor::push`](crate::survey::Surveyor::push).
     #[must_use]
     pub fn survey_input(&self, sample: &Sample, output: &Output) -> SurveyInput {
-        self.pipeline.survey_input(self.library(), sample, output)
+        let input = self.pipeline.survey_input(self.library(), sample, output);
+        SurveyInput { mounting_wrong: self.identifier.mounting_wrong(), ..input }
     }
 }
 
@@ -73,6 +74,7 @@ pub(super) fn input_of(
         field_correction_sigma_ut: of_field.map(libm::sqrtf).into(),
         raw_accel_m_s2: sample.accel_m_s2,
         raw_mag_ut: sample.mag_ut,
+        mounting_wrong: TurnFlags::empty(),
         accel_clipped: kept.accel_clipped,
         temperature_c: warm.then_some(sample.temperature_c),
         attitude: output.attitude,

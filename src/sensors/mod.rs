@@ -41,7 +41,7 @@ pub use frame::{BURST_FRAMES, Burst, Frame, StartStep};
 #[cfg(feature = "lsm6dsv320x")]
 pub use lsm6dsv320x_range::Lsm6dsv320xRange;
 pub use mounting::{Axis, Mounting, MountingError};
-pub use mounting_check::{MountingCheck, TurnFlags};
+pub use mounting_check::MountingCheck;
 pub use part_data::{InertialData, MagneticData, PartData, SensorData, TemperatureData};
 pub use reading::{InertialReading, MagneticReading};
 #[cfg(feature = "rm3100")]

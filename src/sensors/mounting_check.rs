@@ -1,68 +1,58 @@
 //! Check of how the sensors are mounted: whether they agree on a turn about each axis of the probe.
 
-use crate::sample::{Sample, SampleFlags};
+use crate::{
+    algebra::Packed,
+    sample::{Sample, SampleFlags, TurnFlags},
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// Time over which readings are averaged: short against a turn by hand, long against noise, seconds.
 const STEP_S: f32 = 0.1;
-/// Largest turn of a step, rad: within it a vector moves along its chord, to 2 %.
-const MOST_TURN_RAD: f32 = 0.5;
+/// Steps of a stretch: half a second. A hand's acceleration that comes and goes within it cancels, a quarter turn goes
+/// on.
+const STEPS: usize = 5;
 /// Rates between which nothing is judged, rad/s: faster than a hand turns, where an accelerometer off the axis feels
 /// the rotation itself, and slower than what no gyro reads (2,000 deg/s), which is a wrong unit.
 const DRILLING_RAD_S: core::ops::Range<f32> = 3.0..35.0;
-/// Least part of a vector across an axis for a turn about the axis to show, of its length: 12 deg, beside which biases
-/// are small.
-const ACROSS: f32 = 0.2;
-/// Deviations within which a factor has to be known: three, twice as wide because successive steps share a reading.
-const KNOWN: f32 = 6.0;
-/// Largest distance of a factor from one: half of the way to zero, which another axis gives.
+/// Least way of a vector in a stretch, by the gyro or by itself, of its length: where nothing moves, nothing shows. A
+/// tool that rotates at the slower of the rates above with 0.07 of its gravity across the axis goes so far; biases, and
+/// what an accelerometer off the axis feels, are smaller.
+const MOVED: f32 = 0.1;
+/// Largest distance of a factor from that of a right mounting: half of the way to zero, which another axis gives.
 const NEAR: f32 = 0.5;
-/// Least number of steps: a deviation from fewer is a guess.
-const LEAST_STEPS: f32 = 10.0;
-/// Steps after which what was seen counts half: the turns of the last five minutes tell.
-const MOST_STEPS: f32 = 3_000.0;
-/// Least mean square of a row's error, rad^2: a hundredth of the vector's length, for motion and the sensors' own
-/// errors.
-const LEAST_NOISE: f32 = 1e-4;
-/// Bias that a gyro may have, rad/s: 20 deg/s, twice the zero-rate level of data sheets (LSM6DS: 10 deg/s).
-const BIAS_RAD_S: f32 = 0.35;
-/// Part of a column's square that keeps an inverse finite where nothing turned.
-const FINITE: f32 = 1e-6;
-
-bitflags::bitflags! {
-    /// Turns about the probe's axes, as gyro and accelerometer and as gyro and magnetometer agree on them.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-    #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-    pub struct TurnFlags: u16 {
-        /// A turn about x, by gravity.
-        const X_BY_ACCEL = 1;
-        /// A turn about y, by gravity.
-        const Y_BY_ACCEL = 1 << 1;
-        /// A turn about z, by gravity.
-        const Z_BY_ACCEL = 1 << 2;
-        /// A turn about x, by the field.
-        const X_BY_MAG = 1 << 3;
-        /// A turn about y, by the field.
-        const Y_BY_MAG = 1 << 4;
-        /// A turn about z, by the field.
-        const Z_BY_MAG = 1 << 5;
-    }
-}
+/// Largest deviation of a factor that is judged, of its size where that is above one: half of [`NEAR`].
+const KNOWN: f32 = 0.25;
+/// Largest part of a vector's motion that turns may leave unexplained. What a hand's acceleration, a magnet or iron on
+/// the probe adds to the readings stands on both sides of the fit and draws the factors towards zero, by about its part.
+const UNEXPLAINED: f32 = 0.05;
+/// Least number of stretches: 18 rows for nine factors.
+const LEAST_STRETCHES: f32 = 6.0;
+/// Stretches after which what was seen counts half: the turns of the last five minutes of motion tell.
+const MOST_STRETCHES: f32 = 600.0;
+/// Part of the largest column's square that keeps the factor of the normal equations real where nothing turned.
+const FINITE: f32 = 1e-5;
+/// Share of the vector's motion to which f32's rounding leaves its unexplained part known.
+const ROUNDING: f32 = 1e-6;
 
 /// Check of the mounting. Turn the probe about each of its axes by a quarter, more than once; a wrong sign, unit or
 /// axis of a sensor then shows.
 ///
-/// A vector v that stands still in the earth turns in the body by `dv/dt = v x w`. By least squares each axis of the
-/// gyro gets the factor by which its rate has to be multiplied to turn gravity, and the field, as they turn. It is one
-/// if all is well, minus one for a wrong sign, 57 or 1/57 for a wrong unit, and near zero for another axis. An
-/// accelerometer or a magnetometer with one axis turned round differs from the gyro about the two others, with two
-/// exchanged about all.
+/// A vector v that stands still in the earth turns in the body by `dv/dt = v x (M w)`, where M is one if all is well,
+/// has a minus one for a wrong sign, 57 or 1/57 for a wrong unit, and exchanged columns for exchanged axes of the gyro.
+/// M is fitted by least squares for gravity and for the field, over stretches of half a second. An accelerometer or a
+/// magnetometer with one axis turned round differs from the gyro about the two others, with two exchanged about all.
+///
+/// Noise averages out; what a hand, a magnet or a bias adds does not, for it may go along with the turns. So a factor
+/// is judged only where all that the turns leave unexplained could not move it far, and is little.
 #[derive(Clone, Copy, Debug)]
 pub struct MountingCheck {
     step: Step,
-    before: Option<Means>,
+    /// Means of the last step.
+    last: Option<Means>,
     /// By the accelerometer, by the magnetometer.
+    stretches: [Stretch; 2],
     fits: [Fit; 2],
+    wrong: TurnFlags,
 }
 
 /// Sums of a step. A magnetometer may be slower than the rest.
@@ -82,38 +72,56 @@ struct Means {
     vectors: [Option<Vector3<f32>>; 2],
 }
 
-/// Least squares of three factors f and the gyro's bias b: the change of a vector v in `seconds` is
-/// `v x (diag(turn) f - seconds b)`.
+/// Some steps of a vector v while the gyro reads w. From the mean of one stretch to that of the next, v changes by the
+/// integral of `v x (M w)` under a weight that rises over the first and falls over the second.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    steps: usize,
+    sum: Vector3<f32>,
+    /// Integral of `v w^T`.
+    turned: Matrix3<f32>,
+    /// The same under the rising weight.
+    rising: Matrix3<f32>,
+    /// Mean and rising integral of the stretch before.
+    before: Option<(Vector3<f32>, Matrix3<f32>)>,
+}
+
+/// Least squares of M, column by column.
 #[derive(Clone, Copy, Debug)]
 struct Fit {
-    of_factors: Matrix3<f32>,
-    mixed: Matrix3<f32>,
-    of_bias: Matrix3<f32>,
-    right: [Vector3<f32>; 2],
+    normal: Packed<9, 45>,
+    right: [f32; 9],
     square: f32,
-    steps: f32,
+    stretches: f32,
 }
 
 impl MountingCheck {
     /// Before any sample. All zero, so that a `static` of it costs no flash.
     #[must_use]
     pub const fn new() -> Self {
-        Self { step: Step::new(0), before: None, fits: [Fit::ZERO; 2] }
+        Self {
+            step: Step::new(0),
+            last: None,
+            stretches: [Stretch::ZERO; 2],
+            fits: [Fit::ZERO; 2],
+            wrong: TurnFlags::empty(),
+        }
     }
 
-    /// Adds a sample, in the probe's axes.
-    pub fn update(&mut self, sample: &Sample) {
+    /// Adds a sample, in the probe's axes; `bias_rad_s` is the gyro's, as far as it is known.
+    pub fn update(&mut self, sample: &Sample, bias_rad_s: [f32; 3]) {
         const GYRO: SampleFlags = SampleFlags::GYRO_MISSING.union(SampleFlags::GYRO_CLIPPED).union(SampleFlags::FAULT);
         const ACCEL: SampleFlags = SampleFlags::ACCEL_MISSING.union(SampleFlags::ACCEL_CLIPPED);
         const MAG: SampleFlags = SampleFlags::MAG_MISSING.union(SampleFlags::MAG_CLIPPED);
         let passed_us = sample.t_us.checked_sub(self.step.begun_us);
         let is_next = passed_us.is_some_and(|us| us as f32 * 1e-6 < 2.0 * STEP_S);
-        let is_finite = [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut].iter().flatten().all(|x| x.is_finite());
+        let is_finite =
+            [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut, bias_rad_s].iter().flatten().all(|x| x.is_finite());
         if sample.flags.intersects(GYRO) || !is_finite || !is_next {
-            (self.step, self.before) = (Step::new(sample.t_us), None);
+            (self.step, self.last, self.stretches) = (Step::new(sample.t_us), None, [Stretch::ZERO; 2]);
             return;
         }
-        self.step.rate += Vector3::from(sample.gyro_rad_s);
+        self.step.rate += Vector3::from(sample.gyro_rad_s) - Vector3::from(bias_rad_s);
         self.step.samples += 1.0;
         let read = [(sample.accel_m_s2, ACCEL), (sample.mag_ut, MAG)];
         for ((sum, readings), (vector, unusable)) in self.step.vectors.iter_mut().zip(&mut self.step.readings).zip(read)
@@ -125,58 +133,62 @@ impl MountingCheck {
         }
         let seconds = passed_us.unwrap_or(0) as f32 * 1e-6;
         if seconds >= STEP_S {
-            let now = self.step.means();
-            if let Some(before) = self.before.replace(now) {
-                self.turned(&before, &now, seconds);
-            }
+            let means = self.step.means();
             self.step = Step::new(sample.t_us);
+            self.last = Some(means);
+            self.turned(&means, seconds);
         }
     }
 
-    /// Takes the turn from the middle of one step to that of the next.
-    fn turned(&mut self, before: &Means, now: &Means, seconds: f32) {
-        let rate = (before.rate + now.rate) * 0.5;
-        if DRILLING_RAD_S.contains(&rate.norm()) {
-            return;
-        }
-        let turn = rate * seconds;
-        for ((fit, before), now) in self.fits.iter_mut().zip(&before.vectors).zip(&now.vectors) {
-            if let (Some(before), Some(now)) = (before, now) {
-                // Scaled to a length of one on the average, so that one limit serves all units.
-                let length = 0.5 * (before.norm() + now.norm());
-                let change = (now - before) / length;
-                // By the vector and not by the gyro, whose unit may be wrong. A NaN, of vectors of no length, is none.
-                if change.norm_squared() < MOST_TURN_RAD * MOST_TURN_RAD {
-                    fit.add(&((before + now) / (2.0 * length)), &change, &turn, seconds);
-                }
+    /// Adds a step to the stretches.
+    fn turned(&mut self, means: &Means, seconds: f32) {
+        let is_drilling = DRILLING_RAD_S.contains(&means.rate.norm());
+        let mut moved = false;
+        for ((fit, stretch), vector) in self.fits.iter_mut().zip(&mut self.stretches).zip(&means.vectors) {
+            match vector {
+                Some(vector) if !is_drilling => moved |= stretch.add(vector, &(means.rate * seconds), fit),
+                _ => *stretch = Stretch::ZERO,
             }
+        }
+        if moved {
+            self.wrong = self.judged();
         }
     }
 
     /// Turns that have been seen well enough to judge.
     #[must_use]
     pub fn seen(&self) -> TurnFlags {
-        self.flags(|factor| factor.is_some())
+        self.flags(|_, column| column.is_some())
     }
 
     /// Those of the turns seen about which the sensors do not agree.
     #[must_use]
-    pub fn wrong(&self) -> TurnFlags {
-        self.flags(|factor| factor.is_some_and(|factor| libm::fabsf(factor - 1.0) > NEAR))
+    pub const fn wrong(&self) -> TurnFlags {
+        self.wrong
     }
 
-    /// Factors by which the gyro's rates about x, y and z have to be multiplied to turn gravity, and the field, as they
-    /// turn: one if units, signs and axes are right. `None`: not turned enough about this axis.
+    fn judged(&self) -> TurnFlags {
+        self.flags(|axis, column| {
+            let right = Vector3::ith(axis, 1.0);
+            column.is_some_and(|column| {
+                let known = column.iter().zip(right.iter()).filter_map(|(factor, right)| Some((*factor)? - right));
+                known.into_iter().any(|off| libm::fabsf(off) > NEAR)
+            })
+        })
+    }
+
+    /// Columns of M for a turn about x, y and z, by gravity and by the field: the axis about which the vector turned,
+    /// and how far, for each radian of the gyro's. `None`: not turned enough about this axis, or its factor is not known.
     #[must_use]
-    pub fn factors(&self) -> [[Option<f32>; 3]; 2] {
-        self.fits.each_ref().map(Fit::factors)
+    pub fn columns(&self) -> [[Option<[Option<f32>; 3]>; 3]; 2] {
+        self.fits.each_ref().map(Fit::columns)
     }
 
-    fn flags(&self, holds: impl Fn(Option<f32>) -> bool) -> TurnFlags {
-        let factors = self.factors();
+    fn flags(&self, holds: impl Fn(usize, Option<[Option<f32>; 3]>) -> bool) -> TurnFlags {
+        let columns = self.columns();
         (0_u16..)
-            .zip(factors.iter().flatten())
-            .filter(|(_, factor)| holds(**factor))
+            .zip(columns.iter().flatten())
+            .filter(|(bit, column)| holds(usize::from(bit % 3), **column))
             .fold(TurnFlags::empty(), |flags, (bit, _)| flags | TurnFlags::from_bits_truncate(1 << bit))
     }
 
@@ -184,7 +196,7 @@ impl MountingCheck {
     /// rest.
     #[must_use]
     pub fn norms(&self) -> [Option<f32>; 2] {
-        self.before.map_or([None; 2], |means| means.vectors.map(|vector| vector.map(|vector| vector.norm())))
+        self.last.map_or([None; 2], |means| means.vectors.map(|vector| vector.map(|vector| vector.norm())))
     }
 }
 
@@ -207,62 +219,103 @@ impl Step {
     }
 }
 
-impl Fit {
+impl Stretch {
     const ZERO: Self = {
         let zero = Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let right = [Vector3::new(0.0, 0.0, 0.0); 2];
-        Self { of_factors: zero, mixed: zero, of_bias: zero, right, square: 0.0, steps: 0.0 }
+        Self { steps: 0, sum: Vector3::new(0.0, 0.0, 0.0), turned: zero, rising: zero, before: None }
     };
 
-    fn add(&mut self, vector: &Vector3<f32>, change: &Vector3<f32>, turn: &Vector3<f32>, seconds: f32) {
-        if self.steps >= MOST_STEPS {
-            for matrix in [&mut self.of_factors, &mut self.mixed, &mut self.of_bias] {
-                *matrix *= 0.5;
+    /// Adds a step: the vector, and the turn by the gyro. At the stretch's end the fit takes the change since the one
+    /// before; returns true if something moved.
+    fn add(&mut self, vector: &Vector3<f32>, turn: &Vector3<f32>, fit: &mut Fit) -> bool {
+        let turned = vector * turn.transpose();
+        self.sum += vector;
+        self.turned += turned;
+        self.rising += turned * ((self.steps as f32 + 0.5) / STEPS as f32);
+        self.steps += 1;
+        if self.steps < STEPS {
+            return false;
+        }
+        let mean = self.sum / STEPS as f32;
+        let mut moved = false;
+        if let Some((before, rising)) = &self.before {
+            // Scaled to a length of one on the average, so that one limit serves all units.
+            let length = 0.5 * (before.norm() + mean.norm());
+            let change = (mean - before) / length;
+            let turned = (rising + self.turned - self.rising) / length;
+            // A NaN, of vectors of no length, is no motion.
+            moved = change.norm() > MOVED || across(&turned) > MOVED;
+            if moved && change.iter().chain(turned.iter()).all(|x| x.is_finite()) {
+                fit.add(&change, &turned);
             }
-            self.right.iter_mut().for_each(|right| *right *= 0.5);
-            (self.square, self.steps) = (self.square * 0.5, self.steps * 0.5);
         }
-        let by_bias = vector.cross_matrix() * -seconds;
-        let mut by_factors = vector.cross_matrix();
-        for (mut column, turn) in by_factors.column_iter_mut().zip(turn.iter()) {
-            let shown = if column.norm_squared() > ACROSS * ACROSS { *turn } else { 0.0 };
-            column *= shown;
+        *self = Self { before: Some((mean, self.rising)), ..Self::ZERO };
+        moved
+    }
+}
+
+/// Norm of how far the vector goes by the gyro's turns about x, y and z, for the integral of `v w^T` under the weight.
+fn across(turned: &Matrix3<f32>) -> f32 {
+    let [x, y, z] = [0, 1, 2].map(|axis| Vector3::ith(axis, 1.0).cross(&turned.column(axis)).norm_squared());
+    libm::sqrtf(x + y + z)
+}
+
+impl Fit {
+    const ZERO: Self = Self { normal: Packed::zero(), right: [0.0; 9], square: 0.0, stretches: 0.0 };
+
+    fn add(&mut self, change: &Vector3<f32>, turned: &Matrix3<f32>) {
+        if self.stretches >= MOST_STRETCHES {
+            self.normal.0.iter_mut().chain(&mut self.right).for_each(|sum| *sum *= 0.5);
+            (self.square, self.stretches) = (self.square * 0.5, self.stretches * 0.5);
         }
-        self.of_factors += by_factors.transpose() * by_factors;
-        self.mixed += by_factors.transpose() * by_bias;
-        self.of_bias += by_bias.transpose() * by_bias;
-        let [right, of_bias] = &mut self.right;
-        *right += by_factors.transpose() * change;
-        *of_bias += by_bias.transpose() * change;
+        // The change is the sum over the axes j of `u_j x m_j`, with u_j of the integral and m_j of M.
+        let crosses = [0, 1, 2].map(|axis| turned.column(axis).cross_matrix());
+        let rows = [0, 1, 2].map(|i| {
+            let mut elements = crosses.iter().flat_map(|cross| <[f32; 3]>::from(cross.row(i).transpose()));
+            [(); 9].map(|()| elements.next().unwrap_or(0.0))
+        });
+        self.normal.add_outers(&rows, 1.0);
+        for (row, change) in rows.iter().zip(change.iter()) {
+            self.right.iter_mut().zip(row).for_each(|(sum, element)| *sum += element * change);
+        }
         self.square += change.norm_squared();
-        self.steps += 1.0;
+        self.stretches += 1.0;
     }
 
-    fn factors(&self) -> [Option<f32>; 3] {
+    fn columns(&self) -> [Option<[Option<f32>; 3]>; 3] {
         self.solved().unwrap_or([None; 3])
     }
 
-    fn solved(&self) -> Option<[Option<f32>; 3]> {
-        if self.steps < LEAST_STEPS {
+    fn solved(&self) -> Option<[Option<[Option<f32>; 3]>; 3]> {
+        if self.stretches < LEAST_STRETCHES {
             return None;
         }
-        let of_bias = self.of_bias + Matrix3::identity() * (LEAST_NOISE / (BIAS_RAD_S * BIAS_RAD_S));
-        let inverse = of_bias.try_inverse()?;
-        let [right, of_bias] = &self.right;
-        let right = right - self.mixed * inverse * of_bias;
-        let normal = self.of_factors - self.mixed * inverse * self.mixed.transpose();
-        let covariance = (normal + Matrix3::identity() * FINITE).try_inverse()?;
-        let factors = covariance * right;
-        let left = self.square - of_bias.dot(&(inverse * of_bias)) - factors.dot(&right);
-        // Three rows a step, six unknowns.
-        let mean = left / (3.0 * self.steps - 6.0);
-        let noise = if mean > LEAST_NOISE { mean } else { LEAST_NOISE };
-        let known = covariance.diagonal().map(|x| x * noise * KNOWN * KNOWN);
-        let [factors, known]: [[f32; 3]; 2] = [factors.into(), known.into()];
-        let mut both = factors.into_iter().zip(known);
-        // A NaN is not known.
-        let of_axis = |(factor, known): (f32, f32)| (known > 0.0 && known < 1.0).then_some(factor);
-        Some([(); 3].map(|()| both.next().and_then(of_axis)))
+        let mut normal = self.normal;
+        let trace = (0..9).fold(0.0, |sum, i| sum + normal.get(i, i));
+        (0..9).for_each(|i| normal.add(i, i, FINITE * trace / 9.0));
+        let root = normal.cholesky()?;
+        let factors = root.solve(&self.right);
+        let explained = factors.iter().zip(&self.right).fold(0.0, |sum, (factor, right)| sum + factor * right);
+        let left = self.square - explained;
+        let left = if left > ROUNDING * self.square { left } else { ROUNDING * self.square };
+        // A NaN is not explained.
+        let is_explained = left < UNEXPLAINED * self.square;
+        let variance = |i: usize| {
+            let mut unit = [0.0; 9];
+            unit.iter_mut().skip(i).take(1).for_each(|x| *x = 1.0);
+            root.solve_lower(&unit).iter().fold(0.0, |sum, x| sum + x * x)
+        };
+        let mut known = factors.iter().enumerate().map(|(i, factor)| {
+            let size = if libm::fabsf(*factor) > 1.0 { *factor } else { 1.0 };
+            // All that is left may go along with this factor.
+            (left * variance(i) < KNOWN * KNOWN * size * size).then_some(*factor)
+        });
+        let columns = [0, 1, 2].map(|axis| {
+            let column = [(); 3].map(|()| known.next().flatten());
+            let is_seen = column.get(axis).is_some_and(Option::is_some);
+            (is_explained && is_seen).then_some(column)
+        });
+        Some(columns)
     }
 }
 

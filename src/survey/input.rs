@@ -2,7 +2,7 @@
 
 use crate::{
     attitude::Attitude,
-    sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT},
+    sample::{BEYOND_ANY_ACCEL_M_S2, BEYOND_ANY_GYRO_RAD_S, BEYOND_ANY_MAG_UT, TurnFlags},
 };
 
 /// Sample's contribution to surveys. Vectors in tool axes; `None`: not read, or unusable.
@@ -28,6 +28,9 @@ pub struct SurveyInput {
     pub raw_mag_ut: [f32; 3],
     /// True if an accelerometer axis is at its full scale.
     pub accel_clipped: bool,
+    /// Turns about which the sensors do not agree, [`MountingCheck::wrong`](crate::sensors::MountingCheck::wrong): while
+    /// there are any, no survey is good.
+    pub mounting_wrong: TurnFlags,
     /// Temperature, degrees Celsius.
     pub temperature_c: Option<f32>,
     /// Output of the attitude filter.

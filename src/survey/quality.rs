@@ -1,7 +1,10 @@
-//! Quality of a survey: |G|, |B| and dip against their references.
+//! Quality of a survey: |G|, |B| and dip against their references, and how the sensors are mounted.
 
 use super::{Survey, Uncertain};
-use crate::config::{Earth, SurveyConfig};
+use crate::{
+    config::{Earth, SurveyConfig},
+    sample::TurnFlags,
+};
 
 /// Grade of a survey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,7 +20,7 @@ pub enum Grade {
     Bad,
 }
 
-/// Quantity that a check compares with its reference.
+/// What a check is of: a quantity against its reference, or the mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -29,6 +32,8 @@ pub enum Checked {
     Field,
     /// Dip, radians.
     Dip,
+    /// Whether the sensors agree on a turn, see [`MountingCheck`](crate::sensors::MountingCheck). It has no number.
+    Mounting,
 }
 
 /// One comparison, in the unit of the [`Checked`] quantity.
@@ -51,7 +56,7 @@ pub struct Check {
 pub struct Quality {
     /// Worst grade of the checks.
     pub grade: Grade,
-    /// Check with the largest ratio to its limit: the reason of a grade other than good.
+    /// Reason of a grade other than good: the mounting, or the check with the largest ratio to its limit.
     pub reason: Check,
     /// Total gravity.
     pub gravity: Check,
@@ -96,6 +101,15 @@ impl Quality {
             }
         }
         Self { grade: reason.grade, reason, gravity, field, dip }
+    }
+
+    /// Quality with sensors that do not agree on these turns: bad, if there are any.
+    pub(super) fn mounted(self, wrong: TurnFlags) -> Self {
+        if wrong.is_empty() {
+            return self;
+        }
+        let reason = Check { checked: Checked::Mounting, difference: None, limit: 0.0, grade: Grade::Bad };
+        Self { grade: Grade::Bad, reason, ..self }
     }
 }
 

@@ -33,7 +33,7 @@ pub struct SixAxisAverages {
 pub struct SurveyReport {
     /// The survey.
     pub survey: Survey,
-    /// Quality: |G|, |B| and dip against their references.
+    /// Quality: |G|, |B| and dip against their references, and the mounting.
     pub quality: Quality,
     /// Mean readings. For a rotating survey the components across the axis are in the frame that does not turn, and
     /// there are no raw means (zero for the accelerometer).

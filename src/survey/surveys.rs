@@ -132,11 +132,13 @@ impl Surveys {
             self.continuous_toolface.update(attitude.inclination_rad, config);
         }
         self.continuous.push(input, step_s);
-        if let Some(report) = self.stationary.push(input, &mut self.stationary_toolface, (earth, config)) {
+        if let Some(mut report) = self.stationary.push(input, &mut self.stationary_toolface, (earth, config)) {
+            report.quality = report.quality.mounted(input.mounting_wrong);
             self.last_stationary = Some(report);
             news.insert(SurveyNews::STATIONARY);
         }
-        if let Some(report) = self.rotating.push(input, &mut self.rotating_toolface, (earth, config)) {
+        if let Some(mut report) = self.rotating.push(input, &mut self.rotating_toolface, (earth, config)) {
+            report.quality = report.quality.mounted(input.mounting_wrong);
             self.last_rotating = Some(report);
             news.insert(SurveyNews::ROTATING);
         }

@@ -6,6 +6,7 @@ use meerkat_mwd::{
     config::OptimizerKind,
     estimator::Refusal,
     identification::{Decision, WindowReport},
+    sample::TurnFlags,
 };
 
 /// P and b fly.
@@ -28,6 +29,8 @@ pub const MWD_REFUSED_IMPLAUSIBLE: u32 = 7;
 pub const MWD_REFUSED_MAGNETOMETER_UNCALIBRATED: u32 = 8;
 /// Refused for a reason that a newer library has.
 pub const MWD_REFUSED_OTHERWISE: u32 = 9;
+/// Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the field.
+pub const MWD_REFUSED_WRONG_MOUNTING: u32 = 10;
 
 /// Gyro model: `w = P (w_raw - b)`.
 #[repr(C)]
@@ -119,6 +122,7 @@ fn decision_numbers(decision: &Decision) -> (u32, [f32; 2]) {
         Refusal::MagnetometerUncalibrated { hard_iron_share } => {
             (MWD_REFUSED_MAGNETOMETER_UNCALIBRATED, [hard_iron_share, 0.0])
         }
+        Refusal::WrongMounting { turns } => (MWD_REFUSED_WRONG_MOUNTING, [f32::from(turns.bits()), 0.0]),
         _ => (MWD_REFUSED_OTHERWISE, [0.0; 2]),
     }
 }
@@ -134,6 +138,7 @@ fn decision(number: u32, [first, second]: [f32; 2]) -> Option<Decision> {
         MWD_REFUSED_NO_MAGNETOMETER => Refusal::NoMagnetometer { share: first },
         MWD_REFUSED_IMPLAUSIBLE => Refusal::Implausible { sigmas: first },
         MWD_REFUSED_MAGNETOMETER_UNCALIBRATED => Refusal::MagnetometerUncalibrated { hard_iron_share: first },
+        MWD_REFUSED_WRONG_MOUNTING => Refusal::WrongMounting { turns: TurnFlags::from_bits_truncate(first as u16) },
         _ => return None,
     }))
 }

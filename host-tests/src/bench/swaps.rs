@@ -138,6 +138,7 @@ impl Trial {
             Refusal::MagnetometerUncalibrated { .. } => "magnetometer uncalibrated",
             Refusal::NoMagnetometer { .. } => "no magnetometer",
             Refusal::Implausible { .. } => "implausible",
+            Refusal::WrongMounting { .. } => "wrong mounting",
             _ => "other",
         })
     }

@@ -96,6 +96,7 @@ pub const fn page_of(refusal: &Refusal) -> &'static str {
         Refusal::NoMagnetometer { .. } => "no_magnetometer",
         Refusal::Implausible { .. } => "implausible",
         Refusal::MagnetometerUncalibrated { .. } => "magnetometer_uncalibrated",
+        Refusal::WrongMounting { .. } => "wrong_mounting",
         _ => "../verdicts",
     }
 }

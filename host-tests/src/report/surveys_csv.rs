@@ -94,6 +94,7 @@ pub(super) fn reason(checked: Checked) -> &'static str {
     match checked {
         Checked::Gravity => "gravity",
         Checked::Field => "field",
+        Checked::Mounting => "mounting",
         _ => "dip",
     }
 }

@@ -3,7 +3,9 @@
 use super::desk_board::{Desk, fly};
 use meerkat_mwd::{
     Sample,
-    sensors::TurnFlags,
+    identification::{Decision, Refusal},
+    sample::TurnFlags,
+    survey::{Checked, Grade},
     telemetry::{Command, Kind, MAX_FRAME, MAX_PAYLOAD, Message, SelfTest, encode_frame, encode_payload},
 };
 use nalgebra::{Rotation3, Vector3};
@@ -49,6 +51,41 @@ fn self_test(mount: fn(&mut Sample)) -> SelfTest {
         _ => None,
     });
     found.unwrap()
+}
+
+/// A minute on a desk, of which the probe is turned by hand for 24 s: grades and reasons of the surveys that began after
+/// that, and decisions of the windows.
+fn minute(mount: fn(&mut Sample)) -> (Vec<(Grade, Checked)>, Vec<Decision>) {
+    let desk = Desk::default();
+    let reads = Box::new(turned_by_hand(desk.period_us as f32 * 1e-6, mount));
+    let seen = fly(Desk { reads, ..desk }, 62);
+    let (mut surveys, mut windows) = (Vec::new(), Vec::new());
+    for (_, message) in seen.messages {
+        match message {
+            Message::Survey(report) if report.survey.t_start_us > 24_000_000 => {
+                surveys.push((report.quality.grade, report.quality.reason.checked));
+            }
+            Message::Identification(window) => windows.push(window.report.decision),
+            _ => {}
+        }
+    }
+    (surveys, windows)
+}
+
+#[test]
+fn no_survey_is_good_and_no_p_is_accepted_while_the_sensors_do_not_agree_on_a_turn() {
+    let (surveys, windows) = minute(|_| ());
+    assert!(!surveys.is_empty() && surveys.iter().all(|(grade, _)| *grade == Grade::Good), "{surveys:?}");
+    assert_eq!(windows, [Decision::Accepted]);
+    for (mount, turns) in [
+        ((|sample| sample.gyro_rad_s[1] *= -1.0) as fn(&mut Sample), TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG),
+        (|sample| sample.mag_ut[2] *= -1.0, TurnFlags::X_BY_MAG | TurnFlags::Y_BY_MAG),
+        (|sample| sample.accel_m_s2[0] *= -1.0, TurnFlags::Y_BY_ACCEL | TurnFlags::Z_BY_ACCEL),
+    ] {
+        let (surveys, windows) = minute(mount);
+        assert!(!surveys.is_empty() && surveys.iter().all(|it| *it == (Grade::Bad, Checked::Mounting)), "{surveys:?}");
+        assert_eq!(windows, [Decision::Refused(Refusal::WrongMounting { turns })]);
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use meerkat_mwd::{Probe, Sample, SampleFlags};
+use meerkat_mwd::{Probe, Sample, SampleFlags, sample::TurnFlags};
 use mwd::{
     flight::configuration::of_trace,
     report::refusal_text::decision_text,
@@ -97,6 +97,20 @@ fn never_polled() -> String {
     decision_text(&report.unwrap().decision) + "\n"
 }
 
+/// The decision of a probe whose gyro has its y axis turned round, once a turn has shown it.
+fn of_a_turned_axis() -> String {
+    let turns = TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG;
+    let trace = drilling();
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&of_trace(&trace)).unwrap();
+    probe.mistrust_mounting(turns);
+    let report = trace.samples.iter().find_map(|sample| {
+        probe.push(sample);
+        probe.poll(u32::MAX)
+    });
+    decision_text(&report.unwrap().decision) + "\n"
+}
+
 /// Without its digits: an estimate may move a little, and its words may not.
 fn without_digits(text: &str) -> String {
     text.chars().filter(|letter| !letter.is_ascii_digit() && *letter != ' ').collect()
@@ -113,6 +127,7 @@ fn every_page_of_a_refusal_shows_what_the_program_prints() {
         })
         .collect();
     expected.push(("overrun", never_polled()));
+    expected.push(("wrong_mounting", of_a_turned_axis()));
     let count = fs::read_dir(guide().join("refusals")).unwrap().count();
     assert_eq!(expected.len(), count);
     for (name, lines) in expected {

@@ -6,5 +6,6 @@ mod combiner;
 mod fake_part;
 mod guide;
 mod mounting;
+mod mounting_check;
 mod supervision;
 mod wire;

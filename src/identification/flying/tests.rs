@@ -23,11 +23,29 @@ fn posterior(fitness: Result<(), Refusal>) -> Posterior {
 #[test]
 fn the_mean_flies_where_it_may_and_else_p_stays_and_the_bias_follows_a_new_rest() {
     let fit = posterior(Ok(()));
-    assert_eq!(decide(&FLOWN, &fit, false), (Decision::Accepted, fit.gyro));
+    assert_eq!(decide(&FLOWN, &fit, fit.fitness, false), (Decision::Accepted, fit.gyro));
     let unfit = posterior(Err(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 }));
     let refused = Decision::Refused(Refusal::NotEnoughMotion { motion_s: 3.0, needed_s: 10.0 });
-    assert_eq!(decide(&FLOWN, &unfit, false), (refused, FLOWN));
-    assert_eq!(decide(&FLOWN, &unfit, true), (refused, GyroModel { b_rad_s: [0.03; 3], ..FLOWN }));
+    assert_eq!(decide(&FLOWN, &unfit, unfit.fitness, false), (refused, FLOWN));
+    assert_eq!(decide(&FLOWN, &unfit, unfit.fitness, true), (refused, GyroModel { b_rad_s: [0.03; 3], ..FLOWN }));
+}
+
+#[test]
+fn nothing_is_accepted_while_the_sensors_do_not_agree_on_a_turn() {
+    let turns = TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG;
+    let config = Config::default();
+    let flight = |mounting_wrong| Flight {
+        config: &config,
+        flown: &FLOWN,
+        bias_only: &FLOWN,
+        rest_is_news: false,
+        rest_s: 2.0,
+        mounting_wrong,
+    };
+    let update = Update { t_us: 50, effect_us: 51, is_window: true, window_start_us: 10, since_start_us: 50 };
+    assert_eq!(flight(TurnFlags::empty()).judged(&update, &posterior(Ok(()))).decision, Decision::Accepted);
+    let wrong = flight(turns).judged(&update, &posterior(Ok(())));
+    assert_eq!((wrong.decision, wrong.flown), (Decision::Refused(Refusal::WrongMounting { turns }), FLOWN));
 }
 
 #[test]
@@ -35,7 +53,7 @@ fn what_is_no_model_never_flies() {
     let mut bad = posterior(Ok(()));
     bad.gyro.p[1][1] = f32::NAN;
     bad.bias_only.b_rad_s[2] = f32::INFINITY;
-    assert_eq!(decide(&FLOWN, &bad, true), (Decision::Refused(Refusal::Diverged { nis: 1.1 }), FLOWN));
+    assert_eq!(decide(&FLOWN, &bad, bad.fitness, true), (Decision::Refused(Refusal::Diverged { nis: 1.1 }), FLOWN));
 }
 
 #[test]
@@ -48,7 +66,14 @@ fn a_percent_of_scale_on_every_axis_is_3_6_deg_in_a_turn() {
 #[test]
 fn a_report_holds_the_whole_covariance_of_p_and_of_the_prior_where_there_is_no_result() {
     let config = Config::default();
-    let flight = Flight { config: &config, flown: &FLOWN, bias_only: &FLOWN, rest_is_news: false, rest_s: 2.0 };
+    let flight = Flight {
+        config: &config,
+        flown: &FLOWN,
+        bias_only: &FLOWN,
+        rest_is_news: false,
+        rest_s: 2.0,
+        mounting_wrong: TurnFlags::empty(),
+    };
     let update = Update { t_us: 50, effect_us: 51, is_window: true, window_start_us: 10, since_start_us: 50 };
     let report = flight.judged(&update, &posterior(Ok(())));
     assert_eq!((report.covariance_of_p(0, 0), report.covariance_of_p(3, 1)), (0.0, 7.0));

@@ -4,7 +4,8 @@ use super::{Payload, ProbeId};
 use crate::{
     attitude::AttitudeFlags,
     probe::Counters,
-    sensors::{MountingCheck, TurnFlags},
+    sample::TurnFlags,
+    sensors::MountingCheck,
     telemetry::{Kind, LineCounters, LinkCounters},
 };
 use core::ops::RangeInclusive;

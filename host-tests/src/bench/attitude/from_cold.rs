@@ -18,11 +18,13 @@ const OF_A_PERCENT: f64 = 0.1;
 /// Draws of the error for each recording.
 const DRAWS: u64 = 2;
 /// Whose attitudes are scored: VQF's; this project's; the same flown again, from the start with the gyro model that the
-/// first flight ended with; and each of its two filters without the other.
-const ESTIMATES: [&str; 5] = [
+/// first flight ended with; the first flight up to its first update of P, and then the other; and each of its two filters
+/// without the other.
+const ESTIMATES: [&str; 6] = [
     "VQF (vqf-rs 0.3)",
     "ours",
     "ours, with its last model from the start",
+    "ours, from its first update on as with its last model",
     "our attitude filter without an estimator",
     "our estimator without an attitude filter",
 ];
@@ -60,10 +62,12 @@ pub(super) fn flown(recordings: &[(String, Trace)], effort: Effort) -> anyhow::R
         let flight = fly(&of_trace(&trace), &trace.samples, |_| {})?;
         let last = flight.reports.last().map_or(GyroModel::IDENTITY, |report| report.flown);
         let again = fly(&Config { gyro: last, ..of_trace(&trace) }, &trace.samples, |_| {})?;
+        let [cold, warm] = [&flight, &again].map(|flight| attitudes_of(flight).collect::<Vec<_>>());
         let total_deg = [
             total(&vqf(&trace)),
-            total(&attitudes_of(&flight).collect::<Vec<_>>()),
-            total(&attitudes_of(&again).collect::<Vec<_>>()),
+            total(&cold),
+            total(&warm),
+            total(&oracles::warm_from_the_first_update(&trace, &cold, &warm)?),
             total(&oracles::filter_alone(&trace)),
             total(&oracles::estimators_own(&trace)),
         ];

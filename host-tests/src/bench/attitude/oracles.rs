@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 use super::AKTOS_T;
 use crate::{
-    flight::configuration::of_trace,
+    flight::{configuration::of_trace, started},
     score::{Settings, TimedAttitude, reference_attitudes},
     trace::Trace,
 };
@@ -41,6 +41,28 @@ pub(super) fn to_the_fields_north(trace: &Trace) -> Vec<TimedAttitude> {
         (t_us, [q.w, q.i, q.j, q.k])
     };
     known.into_iter().map(turned).collect()
+}
+
+/// The attitudes of a cold flight up to the instant at which its P first changes, then those of a warm one: the first
+/// update could not tell more.
+///
+/// # Errors
+/// The trace has no configuration that can be flown.
+pub(super) fn warm_from_the_first_update(
+    trace: &Trace,
+    cold: &[TimedAttitude],
+    warm: &[TimedAttitude],
+) -> anyhow::Result<Vec<TimedAttitude>> {
+    let mut probe = started(&of_trace(trace), None, None)?;
+    let first = probe.gyro_model().p;
+    let updated = trace.samples.iter().find(|sample| {
+        probe.push(sample);
+        probe.poll(probe.poll_budget());
+        probe.gyro_model().p != first
+    });
+    let updated_us = updated.map_or(u64::MAX, |sample| sample.t_us);
+    let before = cold.iter().take_while(|(t_us, _)| *t_us < updated_us);
+    Ok(before.chain(warm.iter().skip_while(|(t_us, _)| *t_us < updated_us)).copied().collect())
 }
 
 /// The attitude filter without an estimator.

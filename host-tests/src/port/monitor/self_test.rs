@@ -1,7 +1,7 @@
 //! A self-test in words: what is wrong with the sensors, and the likely mistake.
 
 use super::state::flags_text;
-use meerkat_mwd::{sensors::TurnFlags, telemetry::SelfTest};
+use meerkat_mwd::{sample::TurnFlags, telemetry::SelfTest};
 
 /// The findings of a self-test.
 #[must_use]
