@@ -550,6 +550,7 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "  Gravity",
     "  Field",
     "  Dip",
+    "  Mounting",
     "enum Refusal",
     "  NotEnoughMotion RefusalNotEnoughMotion",
     "  Overrun",
@@ -559,6 +560,7 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "  NoMagnetometer RefusalNoMagnetometer",
     "  Implausible RefusalImplausible",
     "  MagnetometerUncalibrated RefusalMagnetometerUncalibrated",
+    "  WrongMounting RefusalWrongMounting",
     "enum Correlate",
     "  Time",
     "  Temperature",
@@ -592,5 +594,7 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "  sigmas f32",
     "struct RefusalMagnetometerUncalibrated",
     "  hard_iron_share f32",
+    "struct RefusalWrongMounting",
+    "  turns TurnFlags",
     NULL,
 };
