@@ -45,7 +45,7 @@ pub(crate) fn samples(seconds: f32, further: fn(Vector3<f32>) -> Vector3<f32>) -
         let swing = |rad_s: f32, hz: f32, phase: f32| {
             moving * rad_s * libm::sinf(core::f32::consts::TAU * hz * (t_s - 0.5 * period_s) + phase)
         };
-        // Of each axis a slow swing and a fast one: all directions are turned about.
+        // Slow and fast swing of each axis, so that the probe turns about all directions.
         let rate = Vector3::new(
             swing(2.0, 0.31, 0.3) + swing(1.2, 0.73, 1.9),
             swing(1.7, 0.43, 2.1) + swing(1.4, 0.67, 0.4),

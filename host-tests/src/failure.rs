@@ -19,7 +19,7 @@ pub enum Failure {
     Unread {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Reason that the system gives.
         why: String,
     },
     /// A probe's line cannot be opened.
@@ -27,7 +27,7 @@ pub enum Failure {
     Port {
         /// The port, file or address.
         place: String,
-        /// What the system says.
+        /// Reason that the system gives.
         why: String,
     },
     /// The file with a probe's key cannot be read.
@@ -35,7 +35,7 @@ pub enum Failure {
     Key {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Reason that the system gives.
         why: String,
     },
     /// Something that is needed is not there: an answer, a reader.
@@ -46,7 +46,7 @@ pub enum Failure {
     Output {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Reason that the system gives.
         why: String,
     },
 }

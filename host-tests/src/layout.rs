@@ -1,4 +1,4 @@
-//! How figures in rows are told: as a table to a reader at a terminal, and elsewhere as lines of which each says by
+//! Layout of figures in rows: a table for a reader at a terminal, and elsewhere lines of which each says by
 //! itself what it shows, for a search or a program that reads them.
 
 use crate::console;

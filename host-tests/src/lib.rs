@@ -1,4 +1,4 @@
-//! What surrounds `meerkat-mwd` on a desk: commands, traces, simulation, scores, reports, the emulated chip.
+//! Desk side of `meerkat-mwd`: commands, traces, simulation, scores, reports, the emulated chip.
 
 pub mod batch;
 pub mod bench;

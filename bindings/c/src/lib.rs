@@ -35,7 +35,7 @@ pub use status::*;
 pub use survey::*;
 pub use window::*;
 
-/// What a panic would reach. A test looks for the functions of `core::panicking` in the linked image and finds none.
+/// Panic handler of a bare target. A test looks for functions of `core::panicking` in the linked image and finds none.
 #[cfg(all(target_os = "none", feature = "panic-handler"))]
 #[panic_handler]
 fn stop(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -20,7 +20,7 @@ pub struct AttitudeFilter {
     period_s: f32,
 }
 
-/// What the filter says after a sample.
+/// Outputs of the filter after a sample.
 struct Row {
     quaternion: [f32; 4],
     bias_rad_s: [f32; 3],

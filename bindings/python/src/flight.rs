@@ -1,4 +1,4 @@
-//! What a recording's flight gave.
+//! Result of a recording's flight.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What stands where a board has sensors: register models of an ISM330DHCX and an RM3100, each on a bus that takes its
+//! Stand-ins for a board's sensors: register models of an ISM330DHCX and an RM3100, each on a bus that takes its
 //! time.
 
 use crate::Clock;

@@ -1,4 +1,4 @@
-//! What RTIC asks of a device: its interrupts, and how many bits a priority has. A vendor's chip has a crate for it.
+//! Device as RTIC requires it: its interrupts, and the number of bits of a priority. A vendor's chip has such a crate.
 
 /// Bits of a priority of the MPS2's processor.
 pub const NVIC_PRIO_BITS: u8 = 3;

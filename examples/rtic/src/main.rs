@@ -4,7 +4,7 @@
 //!
 //! `cargo build --release -p rtic-probe --target thumbv7em-none-eabihf`
 #![cfg_attr(target_os = "none", no_std, no_main)]
-// What RTIC's macro writes.
+// Lints that are allowed for the code that RTIC's macro writes.
 #![allow(unsafe_code, missing_docs)]
 
 #[cfg(target_os = "none")]

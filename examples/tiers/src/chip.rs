@@ -7,7 +7,7 @@ use cortex_m as _;
 use meerkat_mwd::survey::multi_station::MultiStation;
 use semihosting::{eprintln, fs::File, io::Read, println, process};
 
-/// What a word of unused stack holds.
+/// Value painted into a word of the stack: a word that still holds it is unused.
 const PAINT: u32 = 0xA5A5_5A5A;
 /// Stack below the caller that is not painted, words.
 const IN_USE: usize = 64;

@@ -21,7 +21,7 @@ use meerkat_mwd::{Config, Sample, SampleFlags, config::Motion, probe::Output};
 /// Bytes of a sample in the file: time (8), gyro, accelerometer, magnetometer (3 x 4 each), temperature (4), flags (4).
 pub const RECORD: usize = 52;
 
-/// What an image does with each sample.
+/// Work of an image on each sample.
 pub trait Tier {
     /// Starts with a configuration. Returns false if it cannot be used.
     fn configure(&mut self, config: &Config) -> bool;

@@ -132,7 +132,7 @@ pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Re
     flown.trace.all_read()?;
     flown.flight.all_read()?;
     let (json, surveys) = (flown.json()?, surveys_csv(&flown.surveys));
-    // What was flown need not be in memory beside what is read of it.
+    // Drop the flight first: it need not be in memory beside the values that are read from its JSON.
     drop(flown);
     // By way of the text: a number is then the one that a reader of the JSON has.
     Ok(Part { error: None, result: serde_json::from_str(&json)?, surveys })

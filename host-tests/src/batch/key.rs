@@ -1,4 +1,4 @@
-//! What a result depends on, as a hash: the recording's bytes, the configuration's, the options and the
+//! Hash of all that a result depends on: the recording's bytes, the configuration's, the options and the
 //! program itself.
 
 use std::{

@@ -33,14 +33,14 @@ use parts::{Part, Parts};
 /// Results that are read together for the tables: their JSON is ten times as large in memory as in its file.
 const AT_ONCE: usize = 32;
 
-/// What a run did.
+/// Counts of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Recordings in the tables.
     pub recordings: usize,
-    /// Of these, flown in this run.
+    /// Number of these that were flown in this run.
     pub flown: usize,
-    /// Of these, refused; their rows say why.
+    /// Number of these that were refused; their rows say why.
     pub bad: usize,
     /// Seconds of recordings that were flown in this run.
     pub flown_s: f64,

@@ -1,10 +1,10 @@
-//! What all recordings of a batch are flown with.
+//! Options with which all recordings of a batch are flown.
 
 use std::path::PathBuf;
 
 use meerkat_mwd::Config;
 
-/// What all recordings of a batch are flown with.
+/// Options with which all recordings of a batch are flown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Configuration over the traces' headers.

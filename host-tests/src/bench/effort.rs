@@ -15,7 +15,7 @@ pub enum Effort {
     These {
         /// The first.
         first: u64,
-        /// How many.
+        /// Number of seeds.
         seeds: u64,
     },
 }

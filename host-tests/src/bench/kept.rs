@@ -71,7 +71,7 @@ mod tests {
         });
         assert_eq!(stopped.unwrap_err().to_string(), "stopped");
         assert_eq!(flown, [5..1_005, 1_005..2_005]);
-        // What was cut while it was written counts as not there.
+        // A block's file that was cut while it was written counts as not there.
         fs::write(folder.path().join("1005-2005.json"), "15").unwrap();
         fs::write(folder.path().join("5-1005.json"), "{").unwrap();
         flown.clear();

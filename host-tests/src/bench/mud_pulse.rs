@@ -1,4 +1,4 @@
-//! What reaches the surface as a survey: survey words over a channel with bursts, by their check alone and by the
+//! Surveys that reach the surface: survey words over a channel with bursts, by their check alone and by the
 //! receiver.
 
 use std::f64::consts::TAU;
@@ -40,15 +40,15 @@ pub struct Channel {
 pub struct Counts {
     /// Words sent once.
     pub words: u64,
-    /// Of them, damaged.
+    /// Number of these words that were damaged.
     pub damaged: u64,
-    /// Of them, passed by the check though damaged.
+    /// Number of these words that the check passed though they were damaged.
     pub undetected: u64,
     /// Stations.
     pub stations: u64,
     /// Stations that the receiver had after so many words.
     pub after: [u64; SENT],
-    /// Of the surveys that the receiver gave, not the one sent.
+    /// Surveys that the receiver gave but that were not the ones sent.
     pub false_surveys: u64,
     /// Stations at which a word was doubted first.
     pub doubted: u64,

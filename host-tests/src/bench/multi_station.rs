@@ -1,4 +1,4 @@
-//! What the multi-station analysis is worth: azimuths of simulated runs before and after it.
+//! Benefit of the multi-station analysis: azimuths of simulated runs before and after it.
 
 use std::f64::consts::TAU;
 

@@ -43,7 +43,7 @@ pub fn scenario(name: &str) -> anyhow::Result<Scenario> {
 
 /// A simulated run.
 pub struct Run {
-    /// What was simulated.
+    /// Scenario that was simulated.
     pub scenario: Scenario,
     /// Readings of the sensors.
     pub trace: Trace,

@@ -7,7 +7,7 @@ use crate::score::root_mean_square;
 /// A table, as a page of measurements shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// What the figures are, with units.
+    /// Description of the figures, with units.
     pub title: String,
     /// Heads of the columns, the first one above the rows' names.
     pub columns: Vec<String>,

@@ -14,7 +14,7 @@ use std::{ops::Range, time::Instant};
 /// Runs that a failure lists.
 const LISTED: usize = 10;
 
-/// What a block of seeds gave.
+/// Results of a block of seeds.
 #[derive(Default, Serialize, Deserialize)]
 struct Flown {
     tally: Tally,
@@ -59,7 +59,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     ])
 }
 
-/// What all blocks of so many seeds gave.
+/// Sum of the results of all blocks, of so many seeds together.
 ///
 /// # Errors
 /// Something did not hold.

@@ -13,7 +13,7 @@ use meerkat_mwd::{
 /// Depth of the FIFO in words: somewhat more than a burst.
 pub const WORDS: usize = 64;
 
-/// How the parts are connected.
+/// Bus that connects the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Bus {
     /// SPI.
@@ -26,7 +26,7 @@ pub enum Bus {
 /// Result of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// How the parts were connected.
+    /// Bus that connected the parts.
     pub bus: Bus,
     /// The samples, and the times at which they came out, microseconds.
     pub samples: Vec<(u64, Sample)>,

@@ -152,8 +152,8 @@ impl Outcome {
     }
 }
 
-/// Whether only one reading's payload was spoilt: every sample equals that of the run without a fault, apart
-/// from flagged ones and one reading. Returns whether that reading changed and is believed.
+/// Judgement of a fault that spoilt only one reading's payload: true if that reading changed and is believed. `None`
+/// unless every sample equals that of the run without a fault, apart from flagged ones and one reading.
 fn one_payload(run: &Run, clean: &Run) -> Option<bool> {
     let pairs = || run.samples.iter().zip(&clean.samples).map(|((_, a), (_, b))| (a, b));
     let same_times = run.samples.len() == clean.samples.len() && pairs().all(|(a, b)| a.t_us.abs_diff(b.t_us) < 1_000);

@@ -29,7 +29,7 @@ pub struct SensorCalibration {
     pub spread: Spread,
     /// Error of the norm on readings not used for the fit.
     pub held_out: Option<HeldOut>,
-    /// Whether it goes on record.
+    /// Decision about its new values: whether they go on record.
     pub verdict: Verdict,
 }
 

@@ -22,7 +22,7 @@ const LEAST_CHANGE_SIGMAS: f64 = 3.0;
 /// library.
 const DETERMINED: f64 = 0.5;
 
-/// Whether a sensor's new values go on record, and why not.
+/// Decision about a sensor's new values: whether they go on record, and why not.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// All nine parameters are new; directions are right to 0.3 deg (95 %).

@@ -127,7 +127,7 @@ pub enum Request {
     /// Erase stored models. Needs --key
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key erase models")]
     Erase {
-        /// What to erase
+        /// Records to erase
         what: What,
     },
 }
@@ -141,7 +141,7 @@ pub enum Earlier {
     Factory,
 }
 
-/// What `erase` erases.
+/// Records that `erase` erases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum What {
     /// All stored models

@@ -186,7 +186,7 @@ fn told(
     writeln!(out, "  flight {number}, {short:<28} {raw:>8}    {bias:>8}    {HEAD}{flown:>8}{HEAD:#}")
 }
 
-/// What was wrong with the gyro, what was done about it, what it gained: a sentence each.
+/// Text on what was wrong with the gyro, what was done about it and what that gained: a sentence each.
 fn sentences(config: &Config, trace: &Trace, flight: &Flight) -> String {
     let diagnosed = diagnosed(trace, config, flight);
     let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));

@@ -52,7 +52,7 @@ pub struct Cli {
     /// Print nothing but errors, and show no progress
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// What to do; the main job when absent.
+    /// Command to run; the main job when absent.
     #[command(subcommand)]
     pub command: Option<Command>,
 }

@@ -151,7 +151,7 @@ impl Optimizer {
 /// # Errors
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
 pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
-    // What goes through the trace more than forwards has it in memory.
+    // Options that go through the trace more than forwards need it in memory.
     let is_in_memory = args.through_sensors || args.explain || args.html.is_some();
     let (mut trace, config) = prepare(args, if is_in_memory { Trace::read } else { Trace::spooled })?;
     let recorded = if args.through_sensors { through_sensors::each_field_once(&trace.samples) } else { Vec::new() };

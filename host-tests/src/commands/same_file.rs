@@ -1,13 +1,13 @@
-//! Whether two paths name one file, even if it does not exist yet.
+//! Test of whether two paths name one file, even if it does not exist yet.
 
 use std::path::{Path, PathBuf};
 
 use crate::console::is_stdio;
 
-/// Whether writing to one path would change what is read from the other.
+/// Returns true if writing to one path would change what is read from the other.
 #[must_use]
 pub fn same_file(a: &Path, b: &Path) -> bool {
-    // What is read from the standard input is no file.
+    // The standard input is no file.
     !is_stdio(a) && !is_stdio(b) && resolved(a).is_some_and(|a| resolved(b) == Some(a))
 }
 

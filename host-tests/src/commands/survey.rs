@@ -44,7 +44,7 @@ pub struct SurveyArgs {
     /// Place, date, reference, grid and corrections of the run
     #[arg(long, value_name = "RUN.toml")]
     pub run: Option<PathBuf>,
-    /// How azimuths are corrected, instead of what the run's file says
+    /// Correction of azimuths, instead of the one in the run's file
     #[arg(long)]
     pub correction: Option<Correction>,
     /// Bit depth by time (columns t_s,md_m), for stations without a depth

@@ -35,7 +35,7 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
-    /// What an unexplained residual correlates with; `None` unless that is the verdict.
+    /// Correlates of an unexplained residual; `None` unless that is the verdict.
     #[must_use]
     pub fn remainder(&self) -> Option<&RemainderReport> {
         let latest_first = self.reports.iter().rev().map(|(report, _)| report);
@@ -52,7 +52,7 @@ impl Diagnosed {
 pub struct Found {
     /// The effect, from the library.
     pub effect: &'static dyn Effect,
-    /// How it was found: evidence, parameters, times.
+    /// Report of the finding: evidence, parameters, times.
     pub report: EffectReport,
     /// Start and end of the effect in seconds: from when it was found, or from the bias step.
     pub active_s: [f64; 2],

@@ -118,7 +118,7 @@ pub(super) fn residual_without(
 /// The residual that an effect leaves where it stays in the readings while all others are taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutEffect {
-    /// Of which vector: 0 for gravity, 1 for the field.
+    /// Index of the vector: 0 for gravity, 1 for the field.
     pub vector: usize,
     /// With the effect in the readings, and as flown, degrees rms.
     pub rms: BeforeAfter,

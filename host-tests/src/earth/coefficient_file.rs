@@ -92,7 +92,7 @@ impl CoefficientFile {
     /// Reads the text of a file.
     ///
     /// # Errors
-    /// What is wrong, and in which line.
+    /// Description of what is wrong, and in which line.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
         let (_, header) = lines.next().ok_or("is empty")?;

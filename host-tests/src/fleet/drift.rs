@@ -1,4 +1,4 @@
-//! How P of each probe moves over months: a line through its recordings' results, each weighted by its own deviation.
+//! Drift of each probe's P over months: a line through its recordings' results, each weighted by its own deviation.
 
 use std::collections::BTreeMap;
 
@@ -73,7 +73,7 @@ pub fn day(date: NaiveDate) -> f64 {
 }
 
 impl Probe {
-    /// How an element of P changes in a month, percent.
+    /// Change of an element of P in a month, percent.
     #[must_use]
     pub fn change_percent(&self, element: usize) -> Option<Change> {
         let points = self.results.iter().map(|(date, result)| {

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 /// A row of a table, by the names of its columns; what is null is not there.
 type Row = BTreeMap<String, Value>;
 
-/// How a recording stands: the order is from the worst to the best.
+/// Standing of a recording, in order from the worst to the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Standing {
     /// It could not be flown.
@@ -80,7 +80,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Of the columns that begin with `before`; `None` unless all are there.
+    /// Parameters in the columns that begin with `before`; `None` unless all are there.
     fn of(row: &Row, before: &str) -> Option<Self> {
         let mut read = Self::default();
         for (name, values) in [("P", &mut read.p[..]), ("b_rad_s", &mut read.b_rad_s), ("sigma", &mut read.sigma)] {
@@ -98,7 +98,7 @@ impl Parameters {
         [100.0 * (self.p[element] - of_unity), 100.0 * self.sigma[element]]
     }
 
-    /// How far P is from the identity: root of the mean square of its elements, percent.
+    /// Distance of P from the identity: root of the mean square of its elements, percent.
     #[must_use]
     pub fn off_percent(&self) -> f64 {
         ((0..9).map(|element| self.percent(element)[0].powi(2)).sum::<f64>() / 9.0).sqrt()
@@ -135,7 +135,7 @@ pub struct Recording {
     pub serial: Option<String>,
     /// Day of the recording.
     pub date: Option<NaiveDate>,
-    /// How it stands.
+    /// Standing of the recording.
     pub standing: Standing,
     /// Why it could not be flown.
     pub error: Option<String>,

@@ -29,7 +29,7 @@ fn read(file: File) -> Result<Vec<Row>, ParquetError> {
     reader.get_row_iter(None)?.map(row).collect()
 }
 
-/// Of the kinds that a batch writes.
+/// Value of a field, if it is of a kind that a batch writes.
 fn value(field: &Field) -> Option<Value> {
     match field {
         Field::Bool(flag) => Some((*flag).into()),

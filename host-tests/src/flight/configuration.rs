@@ -51,8 +51,8 @@ fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
     Ok(config)
 }
 
-/// What the trace's header states: full scales, the gyro's delay, the kind of motion, the earth; the median
-/// step is the nominal period.
+/// Configuration that the trace's header states: full scales, the gyro's delay, the kind of motion, the earth; the
+/// median step is the nominal period.
 #[must_use]
 pub fn of_trace(trace: &Trace) -> Config {
     let keys = &trace.keys;

@@ -1,4 +1,4 @@
-//! What a flight shows beside attitude and parameters: surveys, drilling dynamics, calibrated vectors.
+//! Results of a flight beside attitude and parameters: surveys, drilling dynamics, calibrated vectors.
 
 use meerkat_mwd::{
     Probe,
@@ -22,7 +22,7 @@ pub struct Calibrated {
     pub field_ut: Option<[f32; 3]>,
 }
 
-/// What a flight shows beside attitude and parameters.
+/// Results of a flight beside attitude and parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Watched {
     /// Surveys at rest and over whole turns, in the order of their completion.

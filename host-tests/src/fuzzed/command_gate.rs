@@ -85,7 +85,7 @@ struct Payload {
 }
 
 impl Payload {
-    /// What the owner of the key sends; `None` if the bytes are no command.
+    /// Payload that the owner of the key sends; `None` if the bytes are no command.
     fn signed(probe: ProbeId, counter: u64, command: &[u8]) -> Option<Self> {
         let (command, _) = postcard::take_from_bytes::<Command>(command).ok()?;
         let mut buffer = [0; MAX_PAYLOAD];

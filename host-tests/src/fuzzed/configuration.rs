@@ -29,7 +29,7 @@ struct Change {
     to: To,
 }
 
-/// What becomes of it.
+/// Change to a field.
 #[derive(Arbitrary, Debug)]
 enum To {
     Number(f32),

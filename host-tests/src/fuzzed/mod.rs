@@ -22,7 +22,7 @@ pub use sensors::{ism330dhcx, rm3100};
 pub use stored_records::stored_records;
 pub use trace::trace;
 
-/// What takes any bytes.
+/// Function under test, which takes any bytes.
 pub type Target = fn(&[u8]);
 
 /// All, by name.

@@ -29,7 +29,7 @@ struct Flight {
     moments: Vec<Moment>,
 }
 
-/// What comes next.
+/// Next part of the flight.
 #[derive(Arbitrary, Debug)]
 enum Moment {
     /// The tool turns for so many periods. One of its ten numbers may be replaced, and flags set.
@@ -113,7 +113,7 @@ impl Flown {
         Self { probe, period_us, units, t_us: 1 << 40, attitude: UnitQuaternion::identity(), pushed: 0 }
     }
 
-    /// What the sensors of a tool read that turns for a period.
+    /// Readings of the sensors of a tool that turns for a period.
     fn turned(&mut self, rate: [i8; 3]) -> [f32; 10] {
         let rate_rad_s = Vector3::from(rate.map(f32::from)) * RATE_STEP_RAD_S;
         self.attitude *= UnitQuaternion::from_scaled_axis(rate_rad_s * (self.period_us as f32 * 1e-6));

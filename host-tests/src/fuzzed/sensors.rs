@@ -29,7 +29,7 @@ const STARTING: usize = 100;
 /// Longest pause between two readings, microseconds, in steps of a byte.
 const PAUSE_US: u64 = 250;
 
-/// What a part says, and what it was told.
+/// Answers of a part, and what it was told.
 struct Said<'b> {
     bytes: Cell<&'b [u8]>,
     /// First addresses of what is said from the bytes.

@@ -9,8 +9,8 @@ use meerkat_mwd::{
 
 const SECTOR: usize = 8 * 1024;
 
-/// What the flash holds from its beginning; the rest of it is erased. What is restored may fly, the counter
-/// does not fall, and it can be prepared and written to.
+/// Flash that holds these bytes from its beginning; the rest of it is erased. A model that is restored may fly, the
+/// counter does not fall, and the flash can be prepared and written to.
 ///
 /// # Panics
 /// One of these does not hold.

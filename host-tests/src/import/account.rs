@@ -1,4 +1,4 @@
-//! What an import understood and found, in words.
+//! Account of what an import understood and found, in words.
 
 use std::io::{self, Write};
 

@@ -8,7 +8,7 @@ use super::{
     table::{Column, Table},
 };
 
-/// How a text file separates its cells.
+/// Dialect of a text file: the separator of its cells and the decimal sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dialect {
@@ -25,7 +25,7 @@ const LOOKED_AT: usize = 60;
 #[must_use]
 pub fn dialect(text: &str) -> Dialect {
     let lines: Vec<&str> = rows(text).map(|(_, line)| line).take(LOOKED_AT).collect();
-    // Of the candidates the one with the most cells that half of the lines agree on.
+    // Number of cells of a line by this separator; 0 if it is one, or if fewer than half of the lines agree on it.
     let columns = |separator: char| {
         let mut counts: Vec<usize> = lines.iter().map(|line| split(line, separator).len()).collect();
         counts.sort_unstable();
@@ -53,7 +53,7 @@ pub fn dialect(text: &str) -> Dialect {
 /// Reads a text.
 ///
 /// # Errors
-/// What is wrong, with its line.
+/// Description of what is wrong, with its line.
 pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
     if text.trim().is_empty() {
         return Err("the file is empty".into());

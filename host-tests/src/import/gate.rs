@@ -13,17 +13,17 @@ use crate::trace::Keys;
 /// Outcome of one check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// How bad it is.
+    /// Severity of the finding.
     pub verdict: Verdict,
-    /// What was found, with its figures.
+    /// Finding in words, with its figures.
     pub told: String,
-    /// What to do about it, if anything.
+    /// Remedy of the finding, if there is one.
     pub fix: Option<String>,
     /// True if something that flies all the same, such as a magnet or a fault, may look so too.
     may_be_else: bool,
 }
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// As it should be.
@@ -59,7 +59,7 @@ impl Finding {
     }
 }
 
-/// What the checks look at.
+/// Input of the checks.
 #[derive(Clone, Copy, Debug)]
 pub struct Imported<'a> {
     /// All sensors on one clock.

@@ -24,7 +24,7 @@ const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
 /// Reads all variables: those of one length are a table, and so are the fields of a structure.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// Description of what is wrong with the file.
 pub fn read(bytes: &[u8], name: &str) -> Result<Vec<Table>, String> {
     if bytes.get(126..HEADER) != Some(b"IM") {
         return Err("the .mat file is truncated, or of a big-endian machine".into());

@@ -39,7 +39,7 @@ struct Topic {
 /// Reads all topics.
 ///
 /// # Errors
-/// What is wrong with the file, or that nothing in it can be read.
+/// Description of what is wrong with the file, or that nothing in it can be read.
 pub fn read(bytes: &[u8]) -> Result<Vec<Table>, String> {
     let failed = |error: mcap::McapError| format!("the MCAP cannot be read: {error}");
     // A recording that was cut off has no footer; what is there counts.

@@ -28,7 +28,7 @@ pub struct Merged {
     pub temperature: Vec<[f64; 4]>,
     /// Reference attitude; empty without one.
     pub reference: Vec<[f64; 4]>,
-    /// How each sensor came on the clock.
+    /// Way in which each sensor came on the clock.
     pub how: Vec<(Quantity, How)>,
     /// Remarks.
     pub notes: Vec<String>,

@@ -51,7 +51,7 @@ pub struct Import {
     pub trace: Trace,
     /// The whole map.
     pub map: ColumnMap,
-    /// What the gate found.
+    /// Findings of the gate.
     pub findings: Vec<Finding>,
     parts: Vec<Resolved>,
     all: Vec<Series>,
@@ -62,7 +62,7 @@ pub struct Import {
 /// are those of the header that the command line sets.
 ///
 /// # Errors
-/// What cannot be read or understood, with its file and place.
+/// Description of what cannot be read or understood, with its file and place.
 pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
     let tables = source::tables(sources, map.dialect)?;
     let mut header = header(sources, &tables, map, keys)?;

@@ -53,17 +53,17 @@ fn short(word: &str) -> Option<(Quantity, usize)> {
 /// Meaning of a column by its name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Meaning {
-    /// What it measures.
+    /// Quantity that it measures.
     pub quantity: Quantity,
     /// Axis, or component of the quaternion; 0 for a scalar.
     pub axis: usize,
     /// The rest of the name, which the axes of one sensor share.
     pub group: String,
-    /// How well the words fit: what a logger has worked on already comes after the raw reading.
+    /// Rank by how well the words fit: what a logger has worked on already comes after the raw reading.
     pub rank: u8,
 }
 
-/// What a column of a table is; `None` for what is no reading of a sensor.
+/// Meaning of a table's column; `None` if it is no reading of a sensor.
 #[must_use]
 pub fn meaning(table: &str, column: &str) -> Option<Meaning> {
     let own = words(column);

@@ -11,7 +11,7 @@ use super::series::Series;
 /// A sensor is faster than the gyro from here on: its readings are averaged.
 const FASTER: f64 = 1.5;
 
-/// How a sensor came on the gyro's clock.
+/// Way in which a sensor came on the gyro's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum How {
     /// Its rows are the gyro's.

@@ -17,7 +17,7 @@ const LISTED: usize = 16;
 /// Reads a file.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// Description of what is wrong with the file.
 pub fn read(file: File, name: &str) -> Result<Vec<Table>, String> {
     let failed = |error: parquet::errors::ParquetError| format!("the Parquet file cannot be read: {error}");
     let reader = SerializedFileReader::new(file).map_err(failed)?;

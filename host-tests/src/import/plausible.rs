@@ -26,7 +26,7 @@ fn looked_at(trace: &Trace) -> Vec<Sample> {
     trace.samples().enumerate().filter(|(index, _)| is_in(*index)).map(|(_, sample)| sample).collect()
 }
 
-/// What the gate finds in the units, signs and axes of a trace whose readings the configuration's sensor
+/// Findings of the gate in the units, signs and axes of a trace whose readings the configuration's sensor
 /// models have calibrated.
 #[must_use]
 pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
@@ -73,7 +73,7 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
 /// only doubtful becomes a note.
 ///
 /// # Errors
-/// What cannot be, with the likely fix.
+/// Description of the units, signs or axes that cannot be, with the likely fix.
 pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<(), Failure> {
     let told = |finding: &Finding| match &finding.fix {
         Some(fix) => format!("{}; likely fix: {fix}", finding.told),

@@ -25,7 +25,7 @@ pub struct Resolved {
     pub time_why: String,
 }
 
-/// What the names of a table's columns leave to choose from: the columns of each group of axes.
+/// Choice that the names of a table's columns leave: the columns of each group of axes.
 type Groups = BTreeMap<(u8, usize, String), Vec<Option<String>>>;
 
 /// Number of columns of a quantity.

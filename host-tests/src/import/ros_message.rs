@@ -10,7 +10,7 @@ const LISTED: usize = 16;
 /// Messages within messages.
 const DEEPEST: usize = 16;
 
-/// How the bytes of a message are laid out.
+/// Layout of the bytes of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// ROS 1: one after the other.

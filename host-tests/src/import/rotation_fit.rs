@@ -1,4 +1,4 @@
-//! How the gyro's axes lie against a vector sensor's: a vector `v` that stands still in the earth turns in
+//! Order of the gyro's axes against a vector sensor's: a vector `v` that stands still in the earth turns in
 //! the body as `dv/dt = v x w`. Least squares over all signed orders of the axes, each with its scale, says
 //! which of them makes the gyro turn the vector as it turns.
 
@@ -18,7 +18,7 @@ const LEFT: f64 = 0.5;
 const EXPLAINED_WHERE_ALL_IS_SEEN: f64 = 0.4;
 /// Deviations of an element within which it has to be known: three, and noise has a memory of several blocks.
 const KNOWN: f64 = 6.0;
-/// How far an element may be from that of an order: half of the way to the next.
+/// Largest distance of an element from that of an order: half of the way to the next.
 const NEAR: f64 = 0.5;
 
 /// A signed order of axes: the body's axis i is `sign` times axis `from` of the source.
@@ -66,7 +66,7 @@ impl Axes {
     }
 }
 
-/// What the fit says of the gyro against one vector sensor.
+/// Result of the fit of the gyro to one vector sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotationFit {
     /// The order of the gyro's axes that fits best; the given one unless another leaves far less.

@@ -23,7 +23,7 @@ const TOPICS: [&str; 7] = [
 /// Reads the topics of sensors.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// Description of what is wrong with the file.
 pub fn read(path: &Path) -> Result<Vec<Table>, String> {
     let data = read_file(&path.to_string_lossy()).map_err(|error| format!("the ULog cannot be read: {error}"))?;
     let tables: Vec<Table> = TOPICS.iter().flat_map(|topic| tables(&data, topic)).collect();

@@ -1,6 +1,6 @@
 //! Units of a source by their usual spellings, and the factor of each to the trace's own.
 
-/// What a column measures.
+/// Quantity that a column measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     /// Time stamps, to seconds.

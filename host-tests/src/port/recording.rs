@@ -40,7 +40,7 @@ pub struct Recording {
     pub link: LinkCounters,
 }
 
-/// Whether anything more belongs to this recording.
+/// Progress of a recording: whether anything more belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// More may come.

@@ -4,13 +4,13 @@ use meerkat_mwd::compensation::{Effect, Parameter};
 
 use crate::number::fixed;
 
-/// What an effect is called in words, and what it is.
+/// Words for an effect: what it is called, and what it is.
 pub struct EffectWords {
     /// Name in results.
     pub name: &'static str,
     /// Short title.
     pub title: &'static str,
-    /// What it is, in a sentence.
+    /// Explanation of the effect, in a sentence.
     pub what: &'static str,
 }
 

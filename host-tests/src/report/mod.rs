@@ -1,4 +1,4 @@
-//! What a user gets of a flight: summary, account of the diagnosis, JSON, CSV and pages.
+//! Reports of a flight for a user: summary, account of the diagnosis, JSON, CSV and pages.
 
 pub mod account;
 pub mod attitude_at_end;

@@ -101,7 +101,7 @@ fn refused_in_short(refusal: &Refusal) -> String {
     text.split(':').next().unwrap_or_default().to_owned()
 }
 
-/// What is wrong with the gyro, as far as the data tell: bias, scale, axes.
+/// Errors of the gyro in words, as far as the data tell: bias, scale, axes.
 #[must_use]
 pub fn gyro(config: &Config, flight: &Flight) -> String {
     let last = Parameters::at_the_end(config, flight);
@@ -145,7 +145,7 @@ pub fn gyro(config: &Config, flight: &Flight) -> String {
     format!("The gyro has {}; this is taken out.", faults.join("; "))
 }
 
-/// What was done about the gyro, in a sentence: what flies, since when, and which effects are taken out.
+/// Correction of the gyro in words: what flies, since when, and which effects are taken out.
 #[must_use]
 pub fn done(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> String {
     let flies = verdict(trace, config, flight, diagnosed).sentence;
@@ -208,7 +208,7 @@ fn alias_in_words(alias: &str) -> String {
     format!("{}{rest} ({alias})", first.to_lowercase())
 }
 
-/// How far the gyro is off, degrees: against the reference, or else in what it predicts of the field.
+/// Errors of the gyro, degrees: against the reference, or else in what it predicts of the field.
 struct Gained {
     /// As read; only a reference tells.
     raw: Option<f64>,
@@ -232,7 +232,7 @@ fn gained(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<Gained
     }
 }
 
-/// What the correction gained, in degrees; `None` if nothing tells.
+/// Gain of the correction in words, in degrees; `None` if nothing tells.
 #[must_use]
 pub fn gain(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<String> {
     gained(diagnosed, reference).map(|Gained { raw, bias, flown }| raw.map_or_else(
@@ -241,7 +241,7 @@ pub fn gain(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<Stri
     ))
 }
 
-/// What is left unexplained, in a sentence.
+/// Remainder that is left unexplained, in a sentence.
 #[must_use]
 pub fn remainder(diagnosed: &Diagnosed) -> Option<String> {
     let remainder = diagnosed.remainder()?;

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::diagnosis::RemainderReport;
 
-/// What the remainder correlates with, and whether it resembles itself some time later.
+/// Correlates of the remainder in words, and whether it resembles itself some time later.
 #[must_use]
 pub fn remainder_text(remainder: &RemainderReport) -> String {
     if remainder.is_white() {

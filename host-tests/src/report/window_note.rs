@@ -56,7 +56,7 @@ pub fn why_no_window(trace: &Trace, config: &Config, flight: &Flight) -> Option<
     })
 }
 
-/// What a diagnosis that can tell nothing lacks: motion, or readings.
+/// Text on what a diagnosis that can tell nothing lacks: motion, or readings.
 #[must_use]
 pub fn missing(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> Option<String> {
     if diagnosed.verdict != Verdict::NotEnoughExcitation {

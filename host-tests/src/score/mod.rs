@@ -111,7 +111,7 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
     if has_reference {
         scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
 
-        // What was not flown has one time only.
+        // Tracks that were not flown have one time only.
         integrated.fly_at_acquisition(trace, flight, gap_s, &asked);
         if let Some(delay_s) = time_alignment::fit(&windows, &integrated) {
             scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &integrated, delay_s);

@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn a_correlation_counts_between_the_two_elements_that_it_names() {
         let mut covariance = Covariance::identity();
-        // Of two elements on the middle column of P.
+        // Correlation of two elements on the middle column of P.
         (covariance[(7, 4)], covariance[(4, 7)]) = (0.5, 0.5);
         let with = |first: f32, second: f32| {
             let fitted = [0.0, 0.0, 0.0, 0.0, first, 0.0, 0.0, second, 0.0];

@@ -29,7 +29,7 @@ pub(super) fn fit(windows: &[Window], tracks: &Tracks<Integrated>) -> Option<f64
     // Use the same windows at every delay: one that comes or goes would be a step in the score.
     let windows: Vec<Window> = windows.iter().filter(covered).copied().collect();
     let fits = [&tracks.bias_only, &tracks.twelve_parameters, &tracks.with_effects, &tracks.uncompensated];
-    // Of equal scores the first wins: bias only, which no identification has touched.
+    // The first of equal scores wins: bias only, which no identification has touched.
     let best = fits
         .iter()
         .filter_map(|track| fit_one(&windows, track))

@@ -24,7 +24,7 @@ const STEPS_HZ: u32 = 4_000;
 /// Length of a step, seconds.
 const STEP_S: f64 = 1.0 / STEPS_HZ as f64;
 
-/// How a run is drawn, beyond its seed.
+/// Settings by which a run is drawn, beyond its seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// Length, seconds.

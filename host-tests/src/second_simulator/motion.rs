@@ -1,4 +1,4 @@
-//! How the tool moves.
+//! Motion of the tool.
 
 use super::{Plan, STEP_S, resonator::Resonator};
 use crate::simulate::Random;
@@ -124,7 +124,7 @@ impl Motion {
         let plan = self.plateaus.iter().rev().find(|(from_s, _)| *from_s <= t_s).map_or(0.0, |(_, speed)| *speed);
         let missing = plan - self.commanded_rad_s;
         self.commanded_rad_s += missing.clamp(-GAIN_RAD_S2 * STEP_S, GAIN_RAD_S2 * STEP_S);
-        // What turns shakes; it fades with the speed.
+        // A tool that turns shakes; the shaking fades with the speed.
         self.shaken = (self.commanded_rad_s / 6.0).min(1.0);
         self.torsion.step(STEP_S, random);
         let wave = self.torsion.x.clamp(-self.depth, self.depth);

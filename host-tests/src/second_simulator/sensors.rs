@@ -11,9 +11,9 @@ use std::collections::VecDeque;
 pub struct Added {
     /// Delays, seconds.
     pub gyro_lag_s: f64,
-    /// Of the magnetometer.
+    /// Delay of the magnetometer.
     pub mag_lag_s: f64,
-    /// Of the accelerometer.
+    /// Delay of the accelerometer.
     pub accel_lag_s: f64,
     /// True for low-passes of the first order in the place of pure delays.
     pub low_pass: bool,
@@ -39,7 +39,7 @@ pub struct Added {
     pub bias_step_at_s: f64,
     /// Field that turns with the body, microtesla.
     pub hard_iron_ut: [f64; 3],
-    /// What iron adds to the field, a share of it.
+    /// Field that iron adds, as a share of the field.
     pub soft_iron: [[f64; 3]; 3],
     /// Bias, m/s^2.
     pub accel_bias_m_s2: [f64; 3],
@@ -49,7 +49,7 @@ pub struct Added {
     pub mag_offset_per_k: [f64; 3],
 }
 
-/// What the sensors feel in one step, body axes.
+/// Quantities that the sensors feel in one step, body axes.
 pub(super) struct Moment {
     pub t_s: f64,
     pub warmer_k: f64,

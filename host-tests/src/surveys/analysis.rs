@@ -12,9 +12,9 @@ use super::settings::{Correction, RunSettings};
 pub struct Analysis {
     /// Number of stations that it rests on.
     pub counted: usize,
-    /// What became of the azimuths.
+    /// Decision about the azimuths.
     pub azimuth: String,
-    /// What became of the inclinations.
+    /// Decision about the inclinations.
     pub inclination: String,
     /// Residuals' variance over the stated noise's.
     pub noise_ratio: f32,

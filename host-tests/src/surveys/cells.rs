@@ -46,15 +46,15 @@ pub(super) fn table(text: &str) -> csv::Reader<&[u8]> {
     builder.from_reader(text.as_bytes())
 }
 
-/// What stands between the columns: the one of comma, semicolon and tab that the header has most of.
+/// Character between the columns: the one of comma, semicolon and tab that the header has most of.
 fn delimiter(text: &str) -> u8 {
     let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
     let count = |delimiter: &u8| header.bytes().filter(|byte| byte == delimiter).count();
-    // Of equal ones the last is taken: comma.
+    // The last of equal ones is taken: comma.
     [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
 }
 
-/// What a line `# key = value` says.
+/// Value that a line `# key = value` states.
 pub(super) fn stated<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let mut lines = text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('='));
     lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim())

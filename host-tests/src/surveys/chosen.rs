@@ -7,7 +7,7 @@ use meerkat_mwd::survey::{
 
 use super::settings::{Correction, RunSettings};
 
-/// What a station says that has the short-collar correction.
+/// Word for a station that has the short-collar correction.
 pub const AXIAL: &str = "axial";
 
 /// An angle, radians, with a standard deviation where one is known.

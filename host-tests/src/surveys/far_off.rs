@@ -5,7 +5,7 @@
 /// surveys are usually accepted: 3 mg, 300 nT and 0.25 deg (the latter two: ISCWSA, Introduction to wellbore
 /// positioning, 22.1).
 const FAR: [f64; 3] = [0.3, 3.0, 2.5];
-/// What each difference is, its unit, and what mends it.
+/// Name of each difference, its unit, and its remedy.
 const WORDS: [[&str; 3]; 3] = [
     ["gravity", "m/s^2", "check the unit of the gravity columns"],
     ["the field", "microtesla", "check the unit of the field columns, the place, and for magnets"],

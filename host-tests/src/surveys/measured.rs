@@ -1,11 +1,11 @@
-//! What a tool measured at a station, and the angles that follow.
+//! Measurement of a tool at a station, and the angles that follow.
 
 use nalgebra::Vector3;
 
 /// Standard gravity, m/s^2.
 pub(super) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// What a station says of the tool.
+/// Measurement of the tool at a station.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measured {
     /// Specific force, m/s^2, and field, microtesla, tool axes (z down-hole, right-handed).

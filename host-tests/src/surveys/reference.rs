@@ -56,7 +56,7 @@ pub struct Reference {
     source: Source,
     provenance: Provenance,
     settings: RunSettings,
-    /// What is doubtful about it, a sentence each.
+    /// Doubts about the reference, a sentence each.
     pub warnings: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is known of a run once it is worked out: its stations and what was done to them.
+//! Result of a run once it is worked out: its stations and what was done to them.
 
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub struct SurveyedRun {
     pub tool_codes: Vec<String>,
     /// The multi-station analysis, if one was made.
     pub analysis: Option<Analysis>,
-    /// What is doubtful, a sentence each.
+    /// Doubts about the run, a sentence each.
     pub warnings: Vec<String>,
     /// Stations.
     pub stations: Vec<SurveyedStation>,
@@ -68,7 +68,7 @@ pub struct SurveyedStation {
     pub off_reference: Option<[f64; 3]>,
     /// Sag that was added to the inclination.
     pub sag_deg: f64,
-    /// Whether the azimuth was corrected, and how.
+    /// Correction of the azimuth, or that there was none.
     pub corrected: &'static str,
     /// Tool code.
     pub tool_code: String,
@@ -91,7 +91,7 @@ pub struct SurveyedStation {
 }
 
 impl SurveyedRun {
-    /// What became of the sag, in words: how it is known, and what was added.
+    /// Account of the sag in words: how it is known, and what was added.
     #[must_use]
     pub fn sag_told(&self) -> String {
         let Some(how) = &self.sag else { return "none corrected".to_owned() };

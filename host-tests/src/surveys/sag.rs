@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-/// How the inclination is corrected for sag.
+/// Model by which the inclination is corrected for sag.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields, tag = "model", rename_all = "snake_case")]
 pub enum Sag {

@@ -1,4 +1,4 @@
-//! What a run is: place, date, reference, grid, corrections. A TOML file.
+//! Settings of a run: place, date, reference, grid, corrections. A TOML file.
 
 use std::{
     collections::BTreeMap,
@@ -36,7 +36,7 @@ pub struct RunSettings {
     pub reference: ReferenceSettings,
     /// Map's grid; where absent, azimuths count from true north.
     pub grid: Option<Grid>,
-    /// How azimuths are corrected.
+    /// Correction of azimuths.
     pub correction: Correction,
     /// Sag of the bottom-hole assembly; where absent, none is corrected.
     pub sag: Option<Sag>,
@@ -47,7 +47,7 @@ pub struct RunSettings {
     pub start_m: Option<[f64; 3]>,
     /// Errors of sensors and reference. Those of the sensors scale the tool code's terms, too.
     pub errors: SurveyErrors,
-    /// How good the reference field is, which chooses the tool code; where absent, in-field referencing (`ifr1`) for a
+    /// Class of the reference field, which chooses the tool code; where absent, in-field referencing (`ifr1`) for a
     /// file by depth and low resolution (`lrgm`) for all others.
     pub field_class: Option<FieldClass>,
     /// Factors of the tool code's terms, by their names.
@@ -116,7 +116,7 @@ pub enum ReferenceSettings {
     },
 }
 
-/// How azimuths are corrected.
+/// Correction of azimuths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Correction {

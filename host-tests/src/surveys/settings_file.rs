@@ -22,7 +22,7 @@ impl RunSettings {
     /// Reads the text of a settings file.
     ///
     /// # Errors
-    /// What cannot be used, and why.
+    /// Description of what cannot be used, and why.
     pub fn parse(text: &str) -> Result<Self, Failure> {
         let settings: Self =
             toml::from_str(text).map_err(|error| Failure::BadInput(error.to_string().trim_end().replace('\n', " ")))?;
@@ -57,7 +57,7 @@ fn checked(run: &RunSettings) -> Result<(), String> {
 
 fn within(name: &str, value: Option<f64>, [least, most]: [f64; 2]) -> Result<(), String> {
     match value {
-        // What is no number is in no range.
+        // A value that is no number is in no range.
         Some(value) if !(least..=most).contains(&value) => {
             Err(format!("{name} = {value}: must be from {least} to {most}"))
         }

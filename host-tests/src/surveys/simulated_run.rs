@@ -9,7 +9,7 @@ use meerkat_mwd::{
     survey::multi_station::{MultiStationSettings, PARAMETERS, Parameter, Station, StationReference},
 };
 
-/// What a run is made of.
+/// Settings of a simulated run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
     /// Number of stations, 30 m apart.
@@ -47,7 +47,7 @@ impl Default for Run {
 /// A station with its truth.
 #[derive(Clone, Copy, Debug)]
 pub struct TrueStation {
-    /// What the tool reads.
+    /// Readings of the tool.
     pub station: Station,
     /// True inclination, radians.
     pub inclination_rad: f64,

@@ -74,7 +74,7 @@ impl Axes {
 /// The columns of a header; `text` is that of the file.
 ///
 /// # Errors
-/// What is lacking, or has no unit.
+/// Description of what is lacking, or has no unit.
 pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     let units = stated(text, "units").map(Units::parse).transpose()?;
     let header: Vec<String> = header.iter().map(|column| named(column, units.as_ref())).collect();
@@ -121,8 +121,8 @@ pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns,
     Ok(columns)
 }
 
-/// What is missing where some of what belongs together is there: an axis of three, gravity or field of the two, or the
-/// north of an azimuth.
+/// Description of what is missing where some of what belongs together is there: an axis of three, gravity or field of
+/// the two, or the north of an azimuth.
 fn in_part(header: &[String]) -> Option<String> {
     let has = |name: &str| header.iter().any(|column| column == name);
     for (names, _) in FORCES.iter().chain(&FIELDS) {

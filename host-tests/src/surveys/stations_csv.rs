@@ -17,7 +17,7 @@ pub struct ReadStation {
     pub t_s: Option<f64>,
     /// Measured depth, metres; `None` in a file by time alone.
     pub md_m: Option<f64>,
-    /// What the tool measured.
+    /// Measurement of the tool.
     pub measured: Measured,
     /// Sag to add to the inclination, degrees, if the file has it.
     pub sag_deg: Option<f64>,

@@ -93,7 +93,7 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     })
 }
 
-/// How the sag is known, in words; `None` where none is to be added.
+/// Source of the sag, in words; `None` where none is to be added.
 fn sag_of(read: &[ReadStation], settings: &RunSettings) -> Result<Option<String>, Failure> {
     match (read.iter().any(|station| station.sag_deg.is_some()), settings.sag) {
         (true, Some(_)) => Err(Failure::BadInput(

@@ -104,7 +104,7 @@ impl At {
         }
     }
 
-    /// What a transverse error becomes under the short-collar correction: 1 without it.
+    /// Factor on a transverse error under the short-collar correction: 1 without it.
     fn freed(&self) -> f64 {
         if self.axial { 1.0 / (1.0 - (self.si * self.sm) * (self.si * self.sm)).max(VERTICAL) } else { 1.0 }
     }

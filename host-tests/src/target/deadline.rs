@@ -19,7 +19,7 @@ pub enum CommandError {
     NotRun {
         /// The program.
         program: String,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
     /// The program was stopped at the deadline.
@@ -37,7 +37,7 @@ pub enum CommandError {
     Failed {
         /// The program.
         program: String,
-        /// How it ended.
+        /// Exit status of the program.
         status: ExitStatus,
         /// The end of its output.
         tail: String,

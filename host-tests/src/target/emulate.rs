@@ -77,7 +77,7 @@ impl EmulatedFlight {
     }
 }
 
-/// How a recording reaches the firmware.
+/// Way in which a recording reaches the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feed {
     /// The firmware is given each sample as recorded.

@@ -18,15 +18,15 @@ pub enum EmulateError {
     /// The firmware does not build.
     #[error("the firmware cannot be built: {0}")]
     Build(CommandError),
-    /// What was built is not an image.
+    /// The file that was built is not an image.
     #[error(transparent)]
     Image(#[from] ImageError),
     /// A file could not be read or written.
     #[error("{what}: {source}")]
     File {
-        /// What was tried.
+        /// Action that was tried.
         what: &'static str,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
     /// The trace has no encoding.

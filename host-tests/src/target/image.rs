@@ -202,7 +202,7 @@ impl<'elf> Image<'elf> {
         size
     }
 
-    /// Whether the image holds a function whose mangled name contains `part`. The linker drops what cannot be
+    /// Returns true if the image holds a function whose mangled name contains `part`. The linker drops what cannot be
     /// reached, and keeps symbols.
     #[must_use]
     pub fn has_function(&self, part: &str) -> bool {

@@ -4,14 +4,14 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what}\nInstall it with: {command}")]
 pub struct Missing {
-    /// What is missing, and why it could not be installed.
+    /// Description of what is missing, and why it could not be installed.
     pub what: String,
     /// The command that installs it.
     pub command: String,
 }
 
 impl Missing {
-    /// What is missing, and how to get it.
+    /// Error about what is missing, and how to get it.
     pub fn new(what: impl Into<String>, command: impl Into<String>) -> Self {
         Self { what: what.into(), command: command.into() }
     }

@@ -61,11 +61,11 @@ pub struct MockFlash<const WORD: usize = 4, const SECTOR: usize = 16384> {
     last_touched: usize,
     /// A byte and the bit of it that reads as it likes, each time anew.
     marginal: Option<(usize, u8)>,
-    /// Whether a torn word cannot be read.
+    /// True if a torn word cannot be read.
     corrects_errors: bool,
     unreadable: BTreeSet<usize>,
     rng: Xoshiro128PlusPlus,
-    /// Of what a marginal bit reads as.
+    /// Generator of what a marginal bit reads as.
     chance: Xoshiro128PlusPlus,
 }
 
@@ -101,7 +101,7 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         (self.is_on, self.cut) = (true, None);
     }
 
-    /// Whether the power is on.
+    /// Returns true if the power is on.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         self.is_on
@@ -122,7 +122,7 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         self.corrects_errors = true;
     }
 
-    /// Whether it is a flash that corrects errors.
+    /// Returns true if it is a flash that corrects errors.
     #[must_use]
     pub const fn corrects(&self) -> bool {
         self.corrects_errors
@@ -133,7 +133,7 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         self.unreadable.insert(at / WORD);
     }
 
-    /// Whether the word at this byte can be read.
+    /// Returns true if the word at this byte can be read.
     #[must_use]
     pub fn is_readable(&self, at: usize) -> bool {
         !self.unreadable.contains(&(at / WORD))

@@ -45,7 +45,7 @@ pub struct RealTime {
     pub survey: SurveyConfig,
     /// Settings of the telemetry stream.
     pub stream: StreamConfig,
-    /// Whether raw samples are sent.
+    /// True if raw samples are sent.
     pub recording: bool,
     /// The key of commands that need one.
     pub key: Option<[u8; 32]>,
@@ -56,7 +56,7 @@ pub struct RealTime {
     /// Time of an instruction: 2 to this power nanoseconds. 3 is 125 million instructions a second, 1.34
     /// cycles of 168 MHz each; 4 is 2.7 cycles each, slower than the chip.
     pub instruction_time: u8,
-    /// Whether a loader on the MPS2 starts one of the images of `images.bin`, instead of the program alone.
+    /// True if a loader on the MPS2 starts one of the images of `images.bin`, instead of the program alone.
     pub by_loader: bool,
 }
 

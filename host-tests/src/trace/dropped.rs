@@ -47,7 +47,7 @@ impl Dropped {
         self.first.as_deref().filter(|_| self.are_too_many(kept)).cloned()
     }
 
-    /// How many rows were dropped, and why.
+    /// Number of dropped rows in words, with the reasons.
     #[must_use]
     pub fn told(&self) -> String {
         format!("{} rows dropped: {} repeat a time, {} are late", self.all(), self.repeated, self.late)

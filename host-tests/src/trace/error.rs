@@ -91,7 +91,7 @@ pub enum Fault {
     BadKey {
         /// Key and value.
         assignment: String,
-        /// What it must be.
+        /// Requirement that the value must meet.
         must_be: &'static str,
     },
 }

@@ -46,7 +46,7 @@ pub struct Keys {
     pub source: Option<String>,
     /// Licence of the recording.
     pub licence: Option<String>,
-    /// What was changed since it was recorded.
+    /// Changes since it was recorded.
     pub changes: Option<String>,
 }
 

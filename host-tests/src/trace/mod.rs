@@ -74,7 +74,7 @@ impl Trace {
     /// one in twenty, they are an error.
     ///
     /// # Errors
-    /// What is wrong, with the file, the line and the column.
+    /// Description of what is wrong, with the file, the line and the column.
     pub fn read(path: &Path) -> Result<Self, TraceError> {
         read::read(path)
     }
@@ -88,7 +88,7 @@ impl Trace {
     /// Reads what a file would hold. The rest is as by [`Trace::read`]; the path is empty.
     ///
     /// # Errors
-    /// What is wrong, with the line and the column.
+    /// Description of what is wrong, with the line and the column.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, TraceError> {
         read::of_bytes(bytes)
     }
@@ -97,7 +97,7 @@ impl Trace {
     /// [`Trace::read`].
     ///
     /// # Errors
-    /// What is wrong, with the file, the line and the column.
+    /// Description of what is wrong, with the file, the line and the column.
     pub fn spooled(path: &Path) -> Result<Self, TraceError> {
         read::spooled(path)
     }
@@ -135,7 +135,7 @@ impl Trace {
         write::write(self, path)
     }
 
-    /// What is known of all rows. Goes through the rows of a trace in memory: ask once.
+    /// Facts about all rows. Goes through the rows of a trace in memory: ask once.
     #[must_use]
     pub fn facts(&self) -> Facts {
         self.spooled.as_ref().map_or_else(|| Facts::of(self.rows()), |spooled| *spooled.facts())

@@ -176,7 +176,7 @@ fn parse_row<'a>(row: &'a str, line: u64, columns: &Columns) -> Result<Row<'a>, 
         let taken = cells.next().map(|cell| parsed.take(quantity, cell));
         match taken {
             Some(Ok(())) => {}
-            // Of a row with too few or too many cells no cell is blamed: it may stand in another's column.
+            // No cell of a row with too few or too many cells is blamed: it may stand in another's column.
             Some(Err(fault)) => return Err(ragged().unwrap_or_else(|| fault.in_column(line, name))),
             None => return Err(ragged().unwrap_or_else(|| Fault::MissingColumn.in_column(line, name))),
         }

@@ -117,7 +117,7 @@ impl Steps {
     }
 }
 
-/// What is known of all rows.
+/// Facts about all rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Facts {
     /// Number of samples.

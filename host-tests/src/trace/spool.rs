@@ -69,7 +69,7 @@ pub struct Spool<T> {
 #[derive(Debug)]
 struct Shared {
     file: SpooledTempFile,
-    /// What went wrong first.
+    /// First error of the file.
     failed: Option<(io::ErrorKind, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! What has to hold, looked at with every message that is heard and after every round of the program.
+//! Checks of what has to hold, made with every message that is heard and after every round of the program.
 
 use super::{
     EVIDENCE_S,
@@ -152,7 +152,7 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     for ((name, said), truth) in ["inclination", "azimuth", "toolface"].into_iter().zip(said).zip(truth) {
         let Some(said) = said else { continue };
         let error = libm::remainder(f64::from(said.value) - truth, TAU).abs() / f64::from(said.sigma);
-        // What a sensor says while it fails may look like an effect until the next update.
+        // Readings of a failing sensor may look like an effect until the next update.
         if machine.takes_an_effect_out && machine.chip.now_us.get() < machine.sound_since_us() + SETTLED_US {
             count(&mut machine.day.tally.misled, error <= SIGMAS);
             continue;
@@ -195,7 +195,7 @@ pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, b
     }
 }
 
-/// What was there before a round.
+/// State before a round.
 #[derive(Default)]
 pub struct Round {
     /// P that flew.

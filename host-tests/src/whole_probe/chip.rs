@@ -1,4 +1,4 @@
-//! What goes on whatever the program does: time, power, flash and watchdog.
+//! Parts of a chip that go on whatever the program does: time, power, flash and watchdog.
 
 use crate::target::mock_flash::{MockError, MockFlash};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};

@@ -5,7 +5,7 @@ use crate::simulate::Random;
 use meerkat_mwd::survey::SurveyReport;
 use std::collections::VecDeque;
 
-/// What goes on around the probe, whether or not it has power.
+/// Surroundings of the probe, which go on whether or not it has power.
 pub struct Day {
     pub proportions: &'static Proportions,
     pub random: Random,
@@ -13,7 +13,7 @@ pub struct Day {
     pub host: Host,
     pub tally: Tally,
     pub plan: VecDeque<(u64, Trouble)>,
-    /// What struck last, and when.
+    /// Troubles that struck, the last one at the end, with their times.
     pub struck: Vec<(u64, Trouble)>,
     pub bytes_per_s: u32,
     /// Since the power came.

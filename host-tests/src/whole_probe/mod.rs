@@ -2,7 +2,7 @@
 //! goes wrong in it, and what has to hold is looked at after every round of the program. What runs is the firmware's
 //! own program over a [`Board`] of this machine.
 //!
-//! Of most runs time is compressed: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8
+//! Most runs compress time: a day of drilling is three minutes of stretches of 5 to 16 s with stops of 4 to 8
 //! s, surveys settle and average in 2 s, windows are 10 s long, and troubles come every few seconds. A quarter of these
 //! runs is calm: ten minutes, windows of the length that flies, and a trouble in 45 s. [`fly_day`] flies whole days at
 //! real proportions. Sectors of the flash have 8 KiB and are nearly full at the start. Every second run declares the

@@ -1,4 +1,4 @@
-//! What goes wrong, and when: drawn from the seed.
+//! Plan of what goes wrong, and when: drawn from the seed.
 
 use super::proportions::Proportions;
 use crate::{

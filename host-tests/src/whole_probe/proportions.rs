@@ -1,6 +1,6 @@
 //! Proportions of a run: how long it lasts, how long the tool drills and stops, and how often something goes wrong.
 
-/// How long what happens in a run lasts, from and to, seconds, and how often it does.
+/// Durations of what happens in a run, from and to, seconds, and how often it does.
 #[derive(Clone, Copy, Debug)]
 pub struct Proportions {
     /// Length of the run.
@@ -59,7 +59,7 @@ pub const ATTACK: Proportions = Proportions {
 pub const CALM: Proportions = Proportions {
     length_s: 600.0,
     pauses_s: &[45.0],
-    // What an owner changes starts the pipeline afresh.
+    // A change by the owner starts the pipeline afresh.
     owner_s: 60.0,
     silent_starts: 0.01,
     short_windows: false,

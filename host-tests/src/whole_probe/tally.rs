@@ -1,9 +1,9 @@
-//! What is counted: troubles, checks and what did not hold.
+//! Counts of a run: troubles, checks and what did not hold.
 
 use super::plan::KINDS;
 use serde::{Deserialize, Serialize};
 
-/// What has to hold.
+/// Requirements that have to hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Violation {
     /// Every sample is flown once, or counted as lost.
@@ -20,7 +20,7 @@ pub enum Violation {
     Replayed,
     /// Nobody else's is that needs the key.
     Forged,
-    /// What changes calibration is not done while drilling.
+    /// Calibration is not changed while drilling.
     ChangedWhileDrilling,
     /// Nothing is erased while drilling, but before the first sample.
     ErasedWhileDrilling,
@@ -79,7 +79,7 @@ pub struct Tally {
     pub starts: u64,
     /// Samples that were read.
     pub samples: u64,
-    /// Of these lost and counted.
+    /// Number of these that were lost and counted.
     pub lost: u64,
     /// Results that newer ones pushed out before they found room.
     pub results_lost: u64,
@@ -102,7 +102,7 @@ pub struct Tally {
     /// Seconds from a start to the first attitude on the line, while drilling and at rest; and to the first one without
     /// a flag.
     pub back_s: [Vec<f64>; 3],
-    /// What was violated first, in words, and when.
+    /// First violation in words, with its time.
     pub first: Option<String>,
 }
 
@@ -147,7 +147,7 @@ impl Tally {
         }
     }
 
-    /// How much did not hold.
+    /// Number of all that did not hold.
     pub fn all_violations(&self) -> u64 {
         self.violations.iter().sum()
     }

@@ -131,7 +131,7 @@ impl Truth {
         if self.stretch().is_some() { self.curve_rad_s } else { [0.0; 2] }
     }
 
-    /// What the sensors feel now; the time is the caller's.
+    /// Readings of the sensors now; the time is the caller's.
     pub fn sample(&mut self) -> Sample {
         let [inclination, azimuth, toolface] = self.angles.radians;
         let to_ned = Rotation3::from_axis_angle(&Vector3::z_axis(), azimuth)

@@ -1,4 +1,4 @@
-//! What is stated follows what the innovations show.
+//! The stated covariance follows what the innovations show.
 
 use super::*;
 

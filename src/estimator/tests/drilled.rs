@@ -147,7 +147,7 @@ fn a_field_along_an_axis_that_swings_is_named() {
     }
 }
 
-/// What tells a constant field along an axis that does not turn from the earth's is the declared field alone: its
+/// A constant field along an axis that does not turn is told from the earth's by the declared field alone: its
 /// deviation is that of the declared norm and dip along the axis, however long the run.
 #[test]
 fn a_field_along_an_axis_that_always_points_one_way_is_as_certain_as_the_declared_field_makes_it() {

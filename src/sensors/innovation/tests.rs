@@ -52,7 +52,7 @@ fn what_stands_still_in_motion_is_not_believed() {
     );
 }
 
-/// Of a word only the first byte comes, and the line idles at one: x keeps its low byte, the others are -1.
+/// Only the first byte of a word comes, and the line idles at one: x keeps its low byte, the others are -1.
 #[test]
 fn a_reading_that_ends_in_an_idle_line_is_never_believed() {
     for seed in 0..100 {

@@ -1,4 +1,4 @@
-//! What bounds the attitude on recordings: estimates that are told more than a probe can know, and each of the two
+//! Bounds of the attitude on recordings: estimates that are told more than a probe can know, and each of the two
 //! filters without the other.
 
 use std::collections::HashMap;

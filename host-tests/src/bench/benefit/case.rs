@@ -157,7 +157,7 @@ impl Recording {
     /// as uncertain as the reference leaves it.
     fn nees(&self, estimate: &GyroModel, covariance: &Covariance, multiplied_in: &GyroModel) -> Option<f64> {
         let own = self.own.as_ref()?;
-        // What the error's P gives is what was recorded.
+        // The error's P gives the recorded rate from the spoilt one, and the recording's own P the true rate from that.
         let truth = own.p * multiplied_in.p_matrix().map(f64::from);
         let row_major = std::array::from_fn(|k| truth[(k / 3, k % 3)]);
         normalised(estimate.p.as_flattened(), &(covariance + own.covariance), &row_major)

@@ -1,4 +1,4 @@
-//! How much flies, who is harmed and how honest the covariance is, over how much it is inflated.
+//! Share, harm and NEES of the estimates, over how much their covariance is inflated.
 
 use anyhow::Context;
 

@@ -102,7 +102,7 @@ fn flown(seed: u64, add: fn(&mut Scenario, &mut Random)) -> anyhow::Result<Run> 
     })
 }
 
-/// Whether an effect is named, and whether it is named or an alias of one that is.
+/// True if an effect is named, and true if it is named or an alias of one that is.
 fn names(report: &DiagnosisReport, name: &str) -> (bool, bool) {
     let index = LIBRARY.iter().position(|effect| effect.name() == name);
     let is_own = |index: usize| report.found().any(|found| usize::from(found.found.index) == index);

@@ -35,10 +35,10 @@ pub enum Vibration {
     White,
 }
 
-/// What is known beside the gyro.
+/// Knowledge that the bound assumes beside the gyro.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Known {
-    /// Of the vibration.
+    /// Knowledge of the vibration.
     pub vibration: Vibration,
     /// True if accelerometer and magnetometer are known to be perfect, as the simulator's are; else their matrices,
     /// offsets and delays are as uncertain as the configuration says.

@@ -47,7 +47,7 @@ impl Case {
     pub(super) fn own_name(&self) -> Option<&'static str> {
         self.names.first().and_then(|names| names.first()).copied()
     }
-    /// Whether what was drawn can be seen and matters, if one effect should be named. Soft iron equals turned
+    /// True if what was drawn can be seen and matters; `None` unless it is one effect. Soft iron equals turned
     /// axes and a hard iron, apart from its symmetric part across the tool axis: if the library lacks it,
     /// that part must turn the field by more than the tolerated residual.
     pub(super) fn is_observable(&self, scenario: &Scenario, seed: u64) -> Option<bool> {

@@ -34,7 +34,7 @@ pub(in crate::bench) struct Outcome {
 }
 
 impl Outcome {
-    /// Of the last conclusive diagnosis.
+    /// Outcome by the last conclusive diagnosis.
     pub(in crate::bench) fn of(flight: &Flight, library: Library) -> Self {
         let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
         let named = |report: &DiagnosisReport| {

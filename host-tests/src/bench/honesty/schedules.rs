@@ -30,12 +30,12 @@ const ROTATES_RPM: [f64; 2] = [15.0, 180.0];
 const SCALE: f64 = 0.03;
 const COUPLING: f64 = 0.02;
 
-/// What a faulty sensor reads.
+/// Reading of a faulty sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     /// Nothing; the driver says so.
     Missing,
-    /// What it read last.
+    /// Its last reading.
     Frozen,
     /// Its full scale, with the sign of the true reading.
     Railed,

@@ -23,7 +23,7 @@ const BEYOND: f64 = 5.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seen {
     pub inclination_deg: f64,
-    /// Of azimuth and toolface; in a vertical hole of the magnetic toolface.
+    /// Error of azimuth and toolface; in a vertical hole, of the magnetic toolface.
     pub heading_deg: f64,
     /// In stated deviations, of samples that no flag marks.
     pub sigmas: f64,

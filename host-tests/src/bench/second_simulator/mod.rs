@@ -1,4 +1,4 @@
-//! What is named in the traces of a second simulator, and what it is worth there.
+//! Effects that are named in the traces of a second simulator, and the benefit of naming them there.
 
 pub(super) mod blind;
 mod cases;
@@ -56,7 +56,7 @@ fn planned(case: &Case, seed: u64) -> (Plan, Added) {
     (plan, added)
 }
 
-/// What the loop finds in a run.
+/// Outcome of the loop in a run.
 fn outcome(case: &Case, seed: u64) -> anyhow::Result<Outcome> {
     let (trace, config) = drawn(case, seed);
     Ok(Outcome::of(&fly_with(&LIBRARY, &config, None, &trace.samples)?, &LIBRARY))

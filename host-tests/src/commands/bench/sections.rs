@@ -17,9 +17,9 @@ pub(super) struct Section {
     pub about: &'static str,
     /// Where it runs.
     pub place: Place,
-    /// Whether it measures on recordings, of which `MWD_RECORDINGS` names the folder.
+    /// True if it measures on recordings, of which `MWD_RECORDINGS` names the folder.
     pub takes_recordings: bool,
-    /// Whether it tells of a run by its seed, which `--first-seed` then flies again.
+    /// True if it tells of a run by its seed, which `--first-seed` then flies again.
     pub tells_seeds: bool,
     /// Measures, and returns the tables.
     pub run: fn(Effort) -> anyhow::Result<Vec<Table>>,

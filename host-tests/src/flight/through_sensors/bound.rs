@@ -131,7 +131,7 @@ impl Difference {
 /// Angle of the rotation from one attitude to the other, degrees.
 fn angle_deg(a: &Attitude, b: &Attitude) -> f64 {
     let dot: f64 = a.q.iter().zip(b.q).map(|(x, y)| f64::from(*x) * f64::from(y)).sum();
-    // Of unit quaternions to f32: a small angle from its sine, which the cosine loses.
+    // Angle by its sine: the cosine loses a small angle of unit quaternions to f32.
     let norm: f64 = a.q.iter().zip(b.q).map(|(x, y)| (f64::from(*x) - dot.signum() * f64::from(y)).powi(2)).sum();
     (4.0 * (norm.sqrt() / 2.0).min(1.0).asin()).to_degrees()
 }

@@ -110,7 +110,7 @@ fn end_of_range(readings: &[f64], repeating: f64) -> Option<f64> {
     let least = *next.last()?.first()?;
     let among = next.iter().map(|value| value.len()).sum::<usize>();
     let stays = readings.windows(2).filter(|pair| pair[0] == end && pair[1] == end).count();
-    // How often a reading comes to the extreme, and to one of the values next to it.
+    // Number of times that the readings come to the extreme, or to one of the values next to it.
     let comes = |is_it: &dyn Fn(f64) -> bool| {
         let first = usize::from(readings.first().is_some_and(|x| is_it(*x)));
         first + readings.windows(2).filter(|pair| pair[0] != pair[1] && is_it(pair[1])).count()

@@ -1,4 +1,4 @@
-//! What a probe has said since listening began, as far as a page shows it over time.
+//! History of what a probe has said since listening began, as far as a page shows it over time.
 
 use meerkat_mwd::{
     Config,
@@ -52,7 +52,7 @@ impl History {
         }
     }
 
-    /// What a page tells of it, with the latest reports in lines.
+    /// Data of the history for a page, with the latest reports in lines.
     #[must_use]
     pub const fn heard<'a>(&'a self, lines: &'a [String]) -> Heard<'a> {
         Heard { config: &self.config, flight: &self.flight, watched: &self.watched, lines, span_us: self.span_us }

@@ -20,7 +20,7 @@ pub struct State {
     pub dynamics: Option<DrillingDynamics>,
     /// Latest mean toolface while sliding.
     pub toolface: Option<SlidingToolface>,
-    /// What the tool has taken.
+    /// Dose of vibration that the tool has taken.
     pub dose: Option<VibrationDose>,
     /// Raw samples around the worst second, as far as they have come in order.
     pub burst: Vec<BurstSample>,

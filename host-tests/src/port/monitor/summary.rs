@@ -183,7 +183,7 @@ pub(super) fn dose_text(dose: &VibrationDose) -> String {
     )
 }
 
-/// How much of the worst second has come; `None` if nothing has.
+/// Text on the worst second, as far as it has come; `None` if nothing has.
 pub(super) fn burst_text(state: &State) -> Option<String> {
     let (of, rms_m_s2) = state.burst_of?;
     let begin_s = state.burst.first()?.t_us as f64 * 1e-6;

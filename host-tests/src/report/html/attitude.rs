@@ -87,7 +87,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
 /// A reference that is in fewer than one of so many samples is drawn as points: a line would cut the corners between.
 const RARELY: usize = 20;
 
-/// What a reader is told of such a reference.
+/// Note about such a reference, for the reader.
 const RARE: &str = " The reference was not recorded at every sample: it is drawn as points.";
 
 /// Points of the reference without a line through them.

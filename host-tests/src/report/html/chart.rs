@@ -24,7 +24,7 @@ const SHOWN: f64 = 0.995;
 pub struct Mark {
     /// Start and end, seconds.
     pub span_s: [f64; 2],
-    /// What is there.
+    /// Reason for the shade, in words.
     pub text: String,
 }
 
@@ -34,7 +34,7 @@ pub struct Chart<'a> {
     pub name: &'a str,
     /// Unit of the values.
     pub unit: &'a str,
-    /// What it shows and how it is to be read, in a sentence or two.
+    /// Explanation of the plot and of how to read it, in a sentence or two.
     pub about: &'a str,
     /// Lines, bands (lines with deviations) and points.
     pub series: Vec<Series>,
@@ -153,7 +153,7 @@ impl<'a> Chart<'a> {
             let top = if highest < 1.5 * shown { highest } else { shown };
             // A level that is named beside the plot is in it.
             let top = self.levels.iter().map(|(level, _)| *level).fold(top, f64::max);
-            // Of nothing but zeros an axis to a unit.
+            // Axis from 0 to 1 if there is nothing but zeros.
             return Some([0.0, if top > 0.0 { 1.1 * top } else { 1.0 }]);
         }
         let margin = 0.05 * (highest - lowest).max(1e-3);

@@ -37,7 +37,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     }
 }
 
-/// What a reader is told who sees a residual that is no smaller without an effect.
+/// Note for a reader who sees a residual that is no smaller without an effect.
 const NOT_LESS: &str = "<p class=\"about\">A residual that is no smaller with an effect taken out does not speak against it. Over a \
     second the probe's own acceleration hides an error of the accelerometer, and an error that stays as it is cancels; the log Bayes \
     factor weighs all of the window.</p>\n";

@@ -55,7 +55,7 @@ fn count(number: usize, one: &str, several: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { several })
 }
 
-/// What the fleet needs, in a sentence; and whether it needs nothing.
+/// Verdict on the fleet: true if it needs nothing, and what it needs, in a sentence.
 #[must_use]
 pub fn verdict(recordings: &[Recording]) -> (bool, String) {
     let of = |standing: Standing| recordings.iter().filter(|recording| recording.standing == standing).count();

@@ -1,4 +1,4 @@
-//! What a probe says of itself, live, as the page of a flight: the same plots and tables, from its telemetry.
+//! Live page of a probe: the plots and tables of a flight's page, from the probe's telemetry.
 
 use meerkat_mwd::{Config, Sample};
 
@@ -9,7 +9,7 @@ use crate::{
     trace::Trace,
 };
 
-/// What was heard of a probe.
+/// Data that was heard of a probe.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'a> {
     /// Its configuration, as far as it has told it.
@@ -33,7 +33,7 @@ pub fn page(heard: &Heard) -> String {
     page.finish()
 }
 
-/// What the page asks for, as JSON.
+/// Update that the page asks for, as JSON.
 #[must_use]
 pub fn news(heard: &Heard) -> String {
     let mut news = told(heard).news();

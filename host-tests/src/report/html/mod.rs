@@ -47,7 +47,7 @@ use crate::{
     trace::Trace,
 };
 
-/// What a page tells of.
+/// Data that a page tells of.
 #[derive(Clone, Copy)]
 pub struct Told<'a> {
     /// The recording.

@@ -127,7 +127,7 @@ impl Page {
         json!({ "span": self.span, "over": self.over.1, "times": self.times, "dial": self.dial, "charts": self.data })
     }
 
-    /// What a page that is already shown takes over: head, links, sections and the data of the plots.
+    /// Update that a page already shown takes over: head, links, sections and the data of the plots.
     #[must_use]
     pub fn news(&self) -> Value {
         let [links, sections] = self.body();

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::{Told, escape::escape, table};
 use crate::report::json::Configuration;
 
-/// What a page was made from.
+/// Sources from which a page was made.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     rows: Vec<(String, String)>,

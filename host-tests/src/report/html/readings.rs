@@ -101,7 +101,7 @@ fn totals(page: &mut Page, told: &Told) {
     page.chart(Chart::new("Dip", "deg", about, vec![line("dip", "after", dip, span)]).with_levels(expected));
 }
 
-/// What a reader is told who sees no limits.
+/// Note for a reader who sees no limits.
 const UNKNOWN_FIELD: &str = " No limits are drawn, because the recording does not say what the place should have; `cargo mwd field` prints it for --config.";
 
 /// Time of each sample with a flag.

@@ -1,5 +1,5 @@
-//! What a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing is shown
-//! where that may be chance.
+//! Quantity that a residual goes with most: rate, vibration, temperature or time, before and after what flew. Nothing
+//! is shown where that may be chance.
 
 use meerkat_mwd::{Sample, SampleFlags};
 
@@ -100,7 +100,7 @@ pub(super) fn figure(
     )
 }
 
-/// What went on in the second before each residual.
+/// Rate, vibration and temperature in the second before each residual, and the residual's time.
 fn seconds(told: &Told, residuals: &[[f64; 2]]) -> Vec<[f64; 4]> {
     let samples = &told.trace.samples;
     let of = |[t_s, _]: &[f64; 2]| {
@@ -108,7 +108,7 @@ fn seconds(told: &Told, residuals: &[[f64; 2]]) -> Vec<[f64; 4]> {
         let to = samples.partition_point(|sample| in_s(sample.t_us) <= *t_s);
         let inside = samples.get(from..to).unwrap_or_default();
         let size = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-        // Of the samples in which the sensor was read; no number without any.
+        // Mean over the samples in which the sensor was read; no number without any.
         let mean = |missing: SampleFlags, of: &dyn Fn(&Sample) -> f64| {
             let read = || inside.iter().filter(|sample| !sample.flags.contains(missing));
             read().map(of).sum::<f64>() / read().count() as f64

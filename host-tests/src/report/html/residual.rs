@@ -50,7 +50,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     }
 }
 
-/// What a reader is told who sees one line of two.
+/// Note for a reader who sees one line of two.
 const COVERED: &str = "Before and after are so alike that one line covers the other. ";
 
 /// Returns true if one line covers the other: nowhere is it off by more than a hundredth of the largest.

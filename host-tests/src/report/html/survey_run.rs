@@ -151,7 +151,7 @@ fn limits() -> [f64; 3] {
     [gravity_m_s2, field_ut, dip_rad.to_degrees()].map(f64::from)
 }
 
-/// What is off the place's by more than its limit, of measured less reference.
+/// Quality of a station in words: which of the differences, measured less reference, are beyond their limits.
 fn quality(off_reference: Option<[f64; 3]>) -> String {
     let Some(off) = off_reference else { return "not known: angles alone were read".to_owned() };
     let beyond = off.iter().zip(limits()).zip(["gravity", "field", "dip"]);

@@ -131,7 +131,7 @@ impl Plot<'_> {
             let (right, y) = (self.width - RIGHT, self.y(*level));
             let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" y1=\"{y:.1}\" x2=\"{right}\" y2=\"{y:.1}\"/>");
         }
-        // Of several series points of one time stand beside each other: their deviations can be told apart.
+        // Points of several series at one time stand beside each other, so that their deviations can be told apart.
         let have_deviations = self.series.iter().flat_map(|series| &series.points).any(|[_, _, sigma]| *sigma > 0.0);
         let are_beside = have_deviations && self.series.len() > 2;
         for (number, series) in self.series.iter().enumerate() {

@@ -67,7 +67,7 @@ pub(super) fn add(page: &mut Page, told: &Told) {
     page.add(&parameters(&Parameters::at_the_end(told.config, told.flight)));
 }
 
-/// What the columns of the table of windows mean.
+/// Meaning of the columns of the table of windows.
 const COLUMNS: &str = "<details>\n<summary>What the columns mean</summary>\n<ul>\n\
 <li>Directions decided: how many of P's nine elements this motion shows.</li>\n\
 <li>Innovations: how far the sensors disagree, squared, over what their noise accounts for; about 1 and less is sound.</li>\n\

@@ -104,11 +104,11 @@ struct Identification {
 struct Diagnosis {
     /// Verdict of the diagnosis; `null` if effects were not looked for.
     verdict: Option<&'static str>,
-    /// What motion or readings are missing; `null` if enough is there.
+    /// Motion or readings that are missing; `null` if enough is there.
     missing: Option<String>,
     effects: Vec<EffectJson>,
     residual: VectorResidual,
-    /// What the last diagnosis leaves unexplained; `null` if nothing.
+    /// Remainder that the last diagnosis leaves unexplained; `null` if there is none.
     remainder: Option<RemainderJson>,
 }
 
@@ -140,7 +140,7 @@ impl EffectJson {
         }
     }
 
-    /// Of an effect whose residual nobody has computed.
+    /// Entry of an effect whose residual nobody has computed.
     fn of_report(effect: &dyn Effect, report: &EffectReport, aliases: Vec<&'static str>, active_s: [f64; 2]) -> Self {
         let by_name = |values: &[f32]| {
             let parameters = effect.parameters().iter().zip(values);

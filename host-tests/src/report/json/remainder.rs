@@ -1,7 +1,7 @@
 use meerkat_mwd::diagnosis::RemainderReport;
 use serde::Serialize;
 
-/// What an unexplained residual correlates with, for the JSON.
+/// Correlates of an unexplained residual and its memory, for the JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct RemainderJson {
     goes_with: Vec<CorrelateJson>,

@@ -54,7 +54,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     tables.push(axes::table(half)?);
     tables.push(frames::table(half)?);
     tables.push(product::table("the same windows, half of the seeds", half)?);
-    // Of 15 s of rest, 10 s are in the window.
+    // Rest of 15 s, of which 10 s are in the window.
     let rested = in_parallel(half.len(), |index| Drilled::after_rest(index as u64, 15.0));
     tables.push(informed::table("windows that begin with 10 s of rest, half of the seeds", &rested));
     tables.push(product::table("windows that begin with 10 s of rest, half of the seeds", &rested)?);

@@ -43,7 +43,7 @@ pub(super) fn table(which: &str, runs: &[Drilled]) -> anyhow::Result<Table> {
     let mut table = Table::new(title, &columns);
     let kinds: Vec<Option<usize>> = std::iter::once(None).chain((0..Contamination::ALL.len()).map(Some)).collect();
     let sheet = VectorErrors::default();
-    // What is flown without the readings that were hit is the most that any treatment of them could give.
+    // Flights without the readings that were hit show the most that any treatment of these could give.
     let searches = [
         ("IMOA", OptimizerKind::Imoa, sheet, false),
         ("LM", OptimizerKind::Lm, sheet, false),

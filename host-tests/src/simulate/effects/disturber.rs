@@ -48,7 +48,7 @@ impl<'a> Disturber<'a> {
         self.bursts.at(t_s)
     }
 
-    /// What the sensors sense at `t_s` instead of the truth; call once for each sample, in order.
+    /// Quantities that the sensors sense at `t_s` instead of the truth; call once for each sample, in order.
     pub(in crate::simulate) fn sensed(&mut self, t_s: f64, ideal: &Ideal) -> Ideal {
         Ideal {
             rate_rad_s: self.gyro.sensed(t_s, ideal.rate_rad_s),

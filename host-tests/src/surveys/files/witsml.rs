@@ -1,4 +1,4 @@
-//! What the two versions of WITSML share: stations of a trajectory. Elements stand in the order of the schemas'
+//! Stations of a trajectory, as the two versions of WITSML share them. Elements stand in the order of the schemas'
 //! sequences; the versions differ in their names' first letter, in depths, and in where the readings stand.
 
 use quick_xml::{
@@ -97,7 +97,7 @@ pub(super) fn ends(out: &mut Document, run: &SurveyedRun) {
     }
 }
 
-/// What azimuths count from, and all stations.
+/// Writes the north that azimuths count from, and all stations.
 pub(super) fn stations(out: &mut Document, run: &SurveyedRun) {
     out.number("aziVertSect", "dega", run.vertical_section_deg, 4);
     out.word("aziRef", if run.convergence_deg.is_some() { "grid north" } else { "true north" });

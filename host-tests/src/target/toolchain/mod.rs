@@ -86,7 +86,7 @@ impl Toolchain {
         Ok(ask(program, &["--version"])?.trim().to_owned())
     }
 
-    /// Whether the emulated machine has more SRAM where the chip has its CCM.
+    /// Returns true if the emulated machine has more SRAM where the chip has its CCM.
     #[must_use]
     pub fn ccm_is_behind_sram(&self) -> bool {
         self.machine == NETDUINO
@@ -220,7 +220,7 @@ fn compiler() -> Result<Compiler, Missing> {
     debian_compiler().ok_or_else(|| Missing::new(format!("{what}; {rustup_says}; {debian_says}"), command))
 }
 
-/// Whether this Rust can compile for the chip; uses no network.
+/// Returns true if this Rust can compile for the chip; uses no network.
 fn has_core_library() -> bool {
     let Ok(directory) = ask(rustc(), &["--print", "target-libdir", "--target", TARGET]) else { return false };
     let Ok(entries) = fs::read_dir(directory.trim()) else { return false };

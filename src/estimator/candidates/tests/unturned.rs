@@ -33,7 +33,7 @@ fn problem(seed: u64) -> Problem {
 /// Columns that are hidden.
 const HIDDEN: [usize; 3] = [NAMELESS[0], NAMELESS[1], IRON];
 
-/// What the columns that are not hidden add to each row.
+/// Sum that the columns that are not hidden add to each row.
 fn of_others(told: &Told<f64>, present: &[f64]) -> [f64; 2] {
     told.by.map(|row| (0..11).filter(|c| !HIDDEN.contains(c)).map(|c| row[c] * present[c]).sum())
 }
