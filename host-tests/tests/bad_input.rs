@@ -38,7 +38,7 @@ fn refused(trace: &Path) -> String {
     let message = String::from_utf8(output.stderr).unwrap();
     let start = format!("error: {}", trace.display());
     assert!(message.starts_with(&start), "{message}");
-    // What can be done is a line of its own.
+    // Remedy, on a line of its own after the message: cut off here.
     let message = &message[start.len()..];
     message.split_once("\nnext: ").map_or(message, |(message, _)| message).trim_end().to_owned()
 }

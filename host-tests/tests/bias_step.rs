@@ -117,7 +117,7 @@ fn a_step_at_a_shock_is_named_with_its_time_and_size_and_followed() {
                 let [size, sigma] = [last.found.parameters[k], last.found.sigma[k]].map(|x| f64::from(x).to_degrees());
                 within += u32::from((size - expected[k]).abs() < 3.0 * sigma);
                 components += 1;
-                // Of 72 Gaussian components one exceeds this in one of 2,000 runs of this test.
+                // Limit that one of 72 Gaussian components exceeds in one of 2,000 runs of this test.
                 assert!(
                     (size - expected[k]).abs() < 4.5 * sigma,
                     "{name} {seed}: {size} for {} +- {sigma}",

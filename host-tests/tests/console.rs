@@ -1,4 +1,4 @@
-//! What all commands share: `-` for the standard input and output, `--quiet` anywhere, completions.
+//! Features that all commands share: `-` for the standard input and output, `--quiet` anywhere, completions.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "rig/mod.rs"]

@@ -35,7 +35,7 @@ fn moment(number: usize) -> Snapshot {
     }
 }
 
-/// What an effect's terms add to a truth is removed again, to second order in its size.
+/// Terms of an effect that are added to a truth are removed again, to second order in the size of what they add.
 #[test]
 fn what_an_effect_adds_is_taken_out() {
     for (index, effect) in LIBRARY.iter().enumerate() {
@@ -128,8 +128,8 @@ fn nothing_is_named_where_nothing_is_and_what_is_outside_the_library_stays_unexp
     }
 }
 
-/// What is constant in the earth's frame of a g-sensitivity drifts; a part of it about the field shares
-/// itself with the bias at will, but for the rest before.
+/// The part of a g-sensitivity's error that is constant in the earth's frame drifts. The component of that part about
+/// the field cannot be divided between g-sensitivity and bias, but for the rest before.
 #[test]
 fn a_g_sensitivity_is_taken_out_whole() {
     let g = [[0.2, -0.2, 0.1], [0.25, 0.2, -0.2], [-0.15, 0.2, 0.2]];
@@ -215,8 +215,8 @@ fn a_drift_that_shows_in_two_windows_is_named() {
     }
 }
 
-/// What is known of a lag is that of all samples: 40 s of drilling at the first diagnosis and 115 at the
-/// fourth leave 0.59 of the error, and the stated deviation says so.
+/// Estimate of a lag from all samples so far: its error at the fourth diagnosis, after 115 s of drilling, is 0.59 of
+/// that at the first, after 40 s, and the stated deviation says so.
 #[test]
 fn what_flies_sharpens_from_window_to_window() {
     const SEEDS: u64 = 24;

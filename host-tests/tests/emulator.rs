@@ -216,7 +216,7 @@ fn no_call_takes_more_cycles_than_its_budget_allows() {
     assert!(work.periods > 0, "a window was reported");
     assert!(work.most.cycles < budget + 650 * unit, "{work:?}");
     assert!(longest.iter().all(|cycles| *cycles < 650 * unit), "{longest:?}");
-    // What is left of a period at 168 MHz holds the dearest sample four times over.
+    // Cycles that the work leaves of a period at 168 MHz: enough for the dearest sample four times over.
     let period = u64::from(config.sample_period_us) * 168;
     assert!(budget * 2 < period && work.most.cycles + 4 * sample.most.cycles < period, "{sample:?}");
 }

@@ -19,7 +19,7 @@ fn drilled() -> Trace {
     simulate(&Scenario { duration_s: 60.0, ..scenario("drilling_45deg") }, 1).0
 }
 
-/// What is printed, and the explanation of the last window.
+/// Printed text, and the explanation of the last window.
 fn explained(trace: &Trace) -> (String, Value) {
     let directory = TempDir::new().unwrap();
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();

@@ -40,7 +40,7 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     let output =
         mwd(&["batch", text(folder.path()), "-o", text(&results), "--html", text(&html), "--html-dir", text(&reports)]);
     assert!(output.status.success(), "{output:?}");
-    // What could not be flown is named at once, not only in the table.
+    // Recordings that could not be flown are named at once, not only in the table.
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
         said.contains("not flown") && said.contains("bad.csv: line 4") && said.contains("is not a number"),
@@ -111,7 +111,7 @@ fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standi
     }
 }
 
-/// Of two probes over ten months: the scale of one moves by 0.05 % a month, that of the other scatters.
+/// Recordings of two probes over ten months: the scale of one moves by 0.05 % a month, that of the other scatters.
 fn recordings() -> Vec<Recording> {
     let moved = (0..11).map(|k: u32| {
         let standing = if k == 4 { Standing::Unexplained } else { Standing::Sound };

@@ -42,7 +42,7 @@ fn encoded<P: Payload>(payload: &P) -> (Kind, Vec<u8>) {
     (P::KIND, encode_payload(payload, &mut buffer).unwrap().to_vec())
 }
 
-/// What a probe and a host say to each other.
+/// Payloads that a probe and a host send each other, with their kinds.
 fn said() -> Vec<(Kind, Vec<u8>)> {
     let signed = |counter, command| {
         let mut buffer = [0; MAX_PAYLOAD];
@@ -190,7 +190,7 @@ fn recorded() -> Vec<u8> {
     [head].into_iter().chain(rows).collect::<String>().into_bytes()
 }
 
-/// What an ISM330DHCX that turns says in forty bursts of two frames, with the time to the next after each.
+/// Bytes from an ISM330DHCX that turns: forty bursts of two frames, and after each the time to the next.
 fn inertial_bursts() -> Vec<u8> {
     let word = |sensor: u8, slot: u16, k: u16| {
         let tag = sensor << 3 | (slot as u8 & 3) << 1;
@@ -208,7 +208,7 @@ fn inertial_bursts() -> Vec<u8> {
     (0..40).flat_map(burst).collect()
 }
 
-/// What an RM3100 says, a result at a time.
+/// Bytes from an RM3100, a result at a time.
 fn magnetic_results() -> Vec<u8> {
     let result = |k: u32| {
         let axes = [3_000 + k * 37 % 101, 500 + k * 53 % 97, 0xFF_F000 + k * 71 % 89];

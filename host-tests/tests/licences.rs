@@ -1,5 +1,5 @@
-//! What the workspace depends on comes from the registry, under a licence that `deny.toml` allows; what a vendor links,
-//! under a permissive one. Needs no network, unlike `cargo deny`.
+//! Dependencies of the workspace come from the registry, under a licence that `deny.toml` allows; those that a vendor
+//! links, under a permissive one. Needs no network, unlike `cargo deny`.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use mwd::target::{deadline, toolchain::workspace};

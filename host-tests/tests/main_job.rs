@@ -6,7 +6,7 @@ use std::{fs, path::Path, process::Command};
 
 use tempfile::TempDir;
 
-/// What the main job tells, in a folder of its own and without any tool that it could call.
+/// Output of the main job, in a folder of its own and without any tool that it could call.
 fn told(folder: &Path, arguments: &[&str]) -> String {
     let mut program = Command::new(env!("CARGO_BIN_EXE_mwd"));
     program.args(arguments).current_dir(folder).env("PATH", "").env("MWD_NO_INSTALL", "1");
@@ -32,7 +32,7 @@ fn it_ends_with_three_sentences_and_a_report() {
         assert!(line.ends_with('.') && line.is_ascii() | line.contains('±'), "{line}");
         line.strip_prefix(start).unwrap().to_owned()
     };
-    // What was wrong: the known error has 2 deg/s of bias and up to 10 % of P.
+    // Sentence on what was wrong: the known error has 2 deg/s of bias and up to 10 % of P.
     let wrong = sentence("In flight 2, what was wrong: ");
     let [bias] = numbers_behind(&wrong, ["a bias of "]);
     assert!((0.5..4.0).contains(&bias) && wrong.contains("% too ") && wrong.contains("axis"), "{wrong}");

@@ -1,4 +1,4 @@
-//! What is said of a residual whose cause is outside the library, in text and on the page.
+//! Report on a residual whose cause is outside the library, in text and on the page.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod rig;

@@ -180,7 +180,7 @@ fn page_of(trace: &Path, directory: &TempDir) -> (String, Value) {
     (page, serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap())
 }
 
-/// What the page says is what the JSON says: every refusal, and the scores to the digits that it shows.
+/// Page and JSON say the same: every refusal, and the scores to the digits that the page shows.
 #[test]
 fn the_page_of_a_recording_tells_its_windows_and_its_scores() {
     let directory = TempDir::new().unwrap();

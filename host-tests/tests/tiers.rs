@@ -41,15 +41,15 @@ struct Limits {
     flash: u64,
 }
 
-/// What was asked of RAM where it is reached: of the smallest, and of the largest 64 KiB with its stack, which the test
-/// adds. Else what the images take today, and a tenth.
+/// Limits of the tiers' images. RAM is as required where that is reached: of the smallest, and of the largest, 64 KiB
+/// with its stack, which the test adds. Every other limit is what the images take today plus a tenth.
 const LIMITS: [Limits; 3] = [
     Limits { tier: "attitude", ram: 8 * 1024, stack: 5_700, flash: 78 * 1024 },
     Limits { tier: "identify", ram: 39 * 1024, stack: 10 * 1024, flash: 171 * 1024 },
     Limits { tier: "full", ram: 60 * 1024, stack: 12 * 1024, flash: 237 * 1024 },
 ];
 
-/// What the multi-station analysis takes today, and a tenth: stack, bytes, and cycles.
+/// Limits of the multi-station analysis, what it takes today plus a tenth: stack, bytes, and cycles.
 const MOST_STACK: u32 = 12_540;
 const MOST_CYCLES: u64 = 30_100_000;
 
@@ -203,7 +203,8 @@ fn errors(tier: &mut impl Tier, config: &Config, trace: &Trace) -> [f64; 2] {
     squares.map(f64::sqrt)
 }
 
-/// What a tier gives up: with a gyro that is off by percents, drilling at 45 deg and 30 revolutions a minute.
+/// Errors of each tier, which show what it gives up: with a gyro that is off by percents, drilling at 45 deg and 30
+/// revolutions a minute.
 #[test]
 fn what_is_identified_is_worth_it_while_drilling() {
     let scenario = Scenario::read(&workspace().join("host-tests/scenarios/drilling_45deg.toml")).unwrap();

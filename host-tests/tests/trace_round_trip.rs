@@ -1,4 +1,4 @@
-//! What is written reads back the same, and no damage makes the reader panic or let a bad number through.
+//! Traces that are written read back the same, and no damage makes the reader panic or let a bad number through.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod rig;

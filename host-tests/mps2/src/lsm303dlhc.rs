@@ -51,7 +51,7 @@ impl<I: I2c> Magnetometer<I> {
         Ok([x * NT_PER_GAUSS / per_x, y * NT_PER_GAUSS / per_y, z * NT_PER_GAUSS / per_z])
     }
 
-    /// Whether an address that no part has stays unacknowledged.
+    /// True if an address that no part has stays unacknowledged.
     pub fn nobody_answers(&mut self) -> bool {
         self.i2c.write(ADDRESS ^ 0x40, &[0]).is_err()
     }

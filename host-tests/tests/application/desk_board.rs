@@ -23,7 +23,7 @@ const PATIENCE_US: u64 = 680_000;
 /// Bytes that the serial port holds.
 const PORT: u64 = 512;
 
-/// How the board works.
+/// Settings of the board: its times, its line and its readings.
 pub struct Desk {
     pub period_us: u64,
     /// Time that a sample, a piece of work and a round of telemetry take, microseconds.
@@ -37,7 +37,7 @@ pub struct Desk {
     pub line: Box<dyn FnMut(u64) -> Option<u8>>,
     /// Time stamp of a sample that was read at this time.
     pub stamp: fn(u64) -> u64,
-    /// What the sensors read in the place of a sample at rest.
+    /// Sample that the sensors read in the place of one at rest.
     pub reads: Box<dyn FnMut(Sample) -> Sample>,
 }
 
@@ -57,7 +57,7 @@ impl Default for Desk {
     }
 }
 
-/// What was seen of the probe.
+/// Messages, resets and counts of samples that were seen of the probe.
 #[derive(Default)]
 pub struct Seen {
     /// Messages and when their last byte left.

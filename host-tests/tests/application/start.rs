@@ -74,7 +74,7 @@ fn fill(flash: &Shared, probe: &Probe, seed: u64) {
         let low = 10.0 + 15.0 * band as f32;
         let mut model = dice.model(MAX_ACTIVE, 0, seed);
         model.temperature_c = Some([low, low + 2.0]);
-        // What finds no room is not kept.
+        // A model that finds no room is not kept.
         let _ = store.store_model(&model);
     };
     // In each round another amount of it stands elsewhere.

@@ -76,7 +76,7 @@ impl Line {
     }
 }
 
-/// What the example does, in Rust. Returns the frames' bytes, and how many windows were accepted.
+/// Flight of the example, in Rust. Returns the frames' bytes, and the number of accepted windows.
 fn in_rust(config: &Config, samples: &[Sample]) -> (Vec<u8>, usize) {
     let mut line = Line::default();
     let mut accepted = 0;

@@ -7,13 +7,13 @@ use crate::turntable::{FIELD_UT, Probe, Random, all_around};
 const SEEDS: u64 = 60;
 const RESTS: usize = 24;
 
-/// How many of the 95 % intervals hold the truth.
+/// Number of the 95 % intervals that hold the truth.
 fn covered(sensor: &SensorCalibration, truth: &[f64; 9]) -> usize {
     let (sigma, quantile) = (sensor.fit.sigma(), sensor.fit.quantile());
     (0..9).filter(|&k| (sensor.fit.x[k] - truth[k]).abs() < quantile * sigma[k]).count()
 }
 
-/// Of `count` intervals between 90 and 98 %.
+/// Asserts that 90 to 98 % of `count` intervals hold the truth.
 fn assert_coverage(what: &str, covered: usize, count: usize) {
     let share = covered as f64 / count as f64;
     println!("{what}: {:.1} % of {count} intervals hold the truth", 100.0 * share);

@@ -23,25 +23,25 @@ const SEEDS: u64 = 8;
 /// 6.2).
 const GYRO_NOISE_RAD_S: f64 = 6e-4;
 const ACCEL_NOISE_M_S2: f64 = 0.028;
-/// What a calibration leaves of the accelerometer's bias, a tenth of a mg, and of its scale.
+/// Errors that a calibration leaves of the accelerometer's bias, a tenth of a mg, and of its scale.
 const ACCEL_BIAS_M_S2: f64 = 1e-3;
 const ACCEL_SCALE: f64 = 2e-4;
 /// Acceleration by the hand while it turns the probe, m/s^2.
 const HAND_M_S2: f64 = 1.0;
 
-/// What else is wrong beside P, one deviation of each element.
+/// Errors beside that of P, one deviation of each element.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wrong {
-    /// Of the gyro, rad/s per g.
+    /// G-sensitivity of the gyro, rad/s per g.
     g_sensitivity: f64,
     /// Half the difference of its scale from one sign to the other.
     asymmetry: f64,
-    /// Of the third order, per (rad/s)^2.
+    /// Term of the third order in the rate, per (rad/s)^2.
     nonlinearity: f64,
     lag_s: f64,
     /// rad/s per root second.
     bias_walk: f64,
-    /// Of the accelerometer: zero-g offset, m/s^2, coupling, and of the second order, per g.
+    /// Errors of the accelerometer: zero-g offset, m/s^2, coupling, and the term of the second order, per g.
     accel_bias_m_s2: f64,
     accel_coupling: f64,
     accel_square: f64,

@@ -1,4 +1,4 @@
-//! What is flown is never worse than the factory's P with the bias alone, and better where P is wrong by
+//! The model that is flown is never worse than the factory's P with the bias alone, and better where P is wrong by
 //! percents.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop, missing_docs)]
 

@@ -1,4 +1,4 @@
-//! How what flies could be fooled: tables over many simulated recordings, and over a folder of real ones.
+//! Study of how the flown model could be fooled: tables over many simulated recordings, and over a folder of real ones.
 //! Slow; run by hand.
 
 use crate::{

@@ -30,7 +30,7 @@ fn changed(trace: &Trace, change: impl Fn(&mut Sample)) -> Trace {
     trace
 }
 
-/// What is wrong with the trace, as a flight would be told.
+/// Errors of the trace, as a flight would be told.
 fn wrong(trace: &Trace) -> Vec<String> {
     let (mut trace, mut config) = (trace.clone(), of_trace(trace));
     let refused = checked(&mut trace, &mut config, false);

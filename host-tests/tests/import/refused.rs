@@ -1,4 +1,4 @@
-//! What cannot be is refused, with the fix that makes it right.
+//! Recordings that cannot be right are refused, with the fix that makes them right.
 
 use meerkat_mwd::Sample;
 use mwd::{
@@ -18,7 +18,7 @@ use crate::{
 
 type Change = fn([f64; 3]) -> [f64; 3];
 
-/// What is wrong, and the fix; one finding only.
+/// Text of the only wrong finding, and its fix.
 fn wrong(told: &Import) -> (String, String) {
     let wrong: Vec<_> = told.findings.iter().filter(|finding| finding.verdict == Verdict::Wrong).collect();
     assert_eq!(wrong.len(), 1, "{:#?}", told.findings);
@@ -149,7 +149,7 @@ fn saturated(folder: &TempDir, trace: &Trace) -> Option<(Verdict, String)> {
 
 fn drilled(seed: u64) -> Trace {
     let trace = simulate(&Scenario { duration_s: 120.0, ..scenario("drilling_45deg") }, seed).0;
-    // Of a probe that does not state its full scale.
+    // Trace of a probe that does not state its full scale.
     Trace { keys: Keys { gyro_full_scale_rad_s: None, accel_full_scale_m_s2: None, ..trace.keys }, ..trace }
 }
 

@@ -7,8 +7,8 @@ use mwd::{
     simulate::{Scenario, simulate},
 };
 
-/// How far above the optimum a window's search ends, by budget: the table of the comparison, printed with
-/// `--nocapture`.
+/// Excess over the optimum of the cost at which a window's search ends, by budget: the table of the comparison, printed
+/// with `--nocapture`.
 #[test]
 fn on_a_windows_cost_levenberg_marquardt_is_best_and_imoa_the_best_without_derivatives() {
     const BUDGETS: [u32; 7] = [50, 100, 150, 200, 300, 500, 700];

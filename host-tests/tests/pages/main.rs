@@ -70,7 +70,7 @@ fn a_sensor_that_is_slower_than_the_others_has_its_curves() {
     }
     // A reference of every 114th sample is points, and no line that cuts corners.
     assert!(text.contains("The reference was not recorded at every sample"));
-    // What the recording's header says of its changes is told, not called unknown.
+    // Changes that the recording's header states are told, not called unknown.
     assert!(text.contains("changed since it was recorded") && !text.contains("ignored keys"));
     // Drawn without scripts: long lines, not single points.
     for (name, least) in [("Accelerometer, as read", 500), ("|G|", 500), ("Dip", 500)] {
@@ -110,7 +110,7 @@ fn pages_of_a_calibration_and_of_a_run_of_surveys_are_legible() {
         let text = fs::read_to_string(&page).unwrap();
         assert!(unbalanced(&text).is_empty() && is_whole(&text), "{command}: {:?}", unbalanced(&text));
         assert_eq!(text.contains("<h3>Error of the size, m/s²</h3>"), command == "calibrate");
-        // Of every station what is off the place's, and where the limits are.
+        // Differences of every station from the place's values, and where the limits are.
         assert_eq!(text.contains("are off</td>") && text.contains("limits, ± 0.250 deg"), command == "survey");
         assert!(text.matches("SHA-256 of the ").count() > 1, "{command}");
         for (width, is_dark) in [(1280, false), (390, true)] {

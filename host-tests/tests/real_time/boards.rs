@@ -21,7 +21,7 @@ fn every_board_starts_where_its_chip_does_and_fits_it() {
         assert!(size.flash_bytes <= chip.flash_bytes && size.ram_bytes() <= chip.ram_bytes, "{board:?}: {size}");
         assert!(chip.stack_bytes_beside(&size) > image::STACK_LIMIT_BYTES, "{board:?}: {size}");
         let drivers = match board {
-            // Of the emulated one with a loader the sensors' models are among its code.
+            // Code of the emulated board with a loader includes the sensors' models.
             Board::Stm32f405 | Board::Nrf52840 | Board::Updatable => image::DRIVERS_LIMIT_BYTES,
             _ => 0,
         };

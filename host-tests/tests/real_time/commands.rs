@@ -149,7 +149,7 @@ fn models_are_accepted_and_rolled_back_and_both_survive_as_the_counter_does() {
     let owner = Owner::new(&probe);
     owner.types(&["accept-model", "3600000000000"], "window_end_us is out of its bounds");
 
-    // What was stored before what was restored.
+    // Roll-back to the model that was stored before the restored one.
     probe.power_up(&run, rest);
     let mut host = probe.host();
     let begun = boot(&mut host);
@@ -229,7 +229,7 @@ fn what_needs_no_key_is_done_and_bounds_are_kept() {
     // Dose and worst second: all of it, in order.
     assert_eq!(host.plain(&Command::SendVibration), Outcome::Refused(CommandRefusal::NotAuthenticated));
     assert_eq!(owner.sends(&mut host, &Command::SendVibration), Outcome::Accepted);
-    // What was typed before may still be on its way: the last that began counts.
+    // The burst of the command typed before may still be on its way: the last that began counts.
     let whole = |burst: &[BurstPart]| {
         let parts = burst.get(burst.iter().rposition(|part| part.first == 0)?..)?;
         let samples: Vec<_> = parts.iter().flat_map(|part| part.samples.clone()).collect();

@@ -40,7 +40,7 @@ fn fly(duration_s: f64) -> Option<(Landed, Received)> {
     Some((landed, received))
 }
 
-/// What was recorded over the line replays to the same attitude.
+/// Asserts that the recording over the line replays to the same attitude.
 fn assert_recording_replays(received: &Received) {
     let [boot] = received.boots[..] else { panic!("{} boots", received.boots.len()) };
     let numbers: Vec<u32> = received.samples.iter().map(|sample| sample.number).collect();
@@ -49,8 +49,8 @@ fn assert_recording_replays(received: &Received) {
     missing_of_the_host(&boot.config, &samples, &received.outputs);
 }
 
-/// What the sensors' interrupt takes of the stack, bytes: 192 of its handler, 1,208 of the register models'
-/// service, up to 412 of what that calls, 104 of the exception's own frame.
+/// Stack for the sensors' interrupt, bytes: 192 of its handler, 1,208 of the register models' service, up to 412 of
+/// what that calls, 104 of the exception's own frame.
 const INTERRUPT_BYTES: u32 = 2_048;
 
 /// In the second half the loop itself goes no deeper: what the high-water mark still grows by is the

@@ -175,7 +175,7 @@ pub struct Host {
     sequence: u16,
     /// The latest that came.
     pub boot: Option<Boot>,
-    /// How many came.
+    /// Number of surveys that came.
     pub surveys: u32,
     /// The latest that came.
     pub dose: Option<VibrationDose>,

@@ -1,4 +1,4 @@
-//! What the probe logs, as the tools on a board decode it.
+//! Log of the probe, as the tools on a board decode it.
 
 use super::drilling::{LIMIT, drilling, everything};
 use crate::rig::emulator::toolchain;

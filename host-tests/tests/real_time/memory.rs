@@ -142,7 +142,7 @@ fn a_power_cut_while_the_flash_is_prepared_costs_nothing() {
 
 /// A model and what was learnt with it take more words than this.
 const HEAD_WORDS: u32 = LEARNT_WORDS + 32;
-/// What the filter has learnt comes first: four parts of 640 bytes and one of 576.
+/// Words of what the filter has learnt, which come first: four parts of 640 bytes and one of 576.
 const LEARNT_WORDS: u32 = (4 * 640 + 576) / 4;
 
 /// Cuts the power at each of these words of a second model, and checks what flies then.

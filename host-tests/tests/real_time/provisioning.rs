@@ -47,7 +47,8 @@ fn provision(probe: &LiveProbe, calibration: &str, more: &[&str]) -> (i32, Strin
 /// Another key than the factory's.
 const OTHER_KEY: [u8; 32] = *b"another key, nobody's, 32 bytes!";
 
-/// What is provisioned flies, its key is the one that opens, and no other record is taken, whoever sends it.
+/// Asserts that the provisioned calibration flies, that the provisioned key is the one that opens, and that no other
+/// record is taken, whoever sends it.
 fn is_provisioned(probe: &LiveProbe) {
     assert_eq!(provision(probe, "calibration.toml", &["--check"]).0, 0);
     let (status, said) = provision(probe, "other.toml", &[]);

@@ -1,4 +1,4 @@
-//! What came over the serial line.
+//! Messages that came over the serial line.
 
 use meerkat_mwd::{
     diagnosis::DiagnosisReport,

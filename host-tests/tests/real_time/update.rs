@@ -26,7 +26,7 @@ const RUN_S: usize = 7_200;
 enum Small {
     /// A branch to itself.
     Hangs,
-    /// What is no instruction.
+    /// An undefined instruction.
     Faults,
     /// Nothing of it is a program.
     Noise,
@@ -135,7 +135,7 @@ impl Updated {
         (status, said)
     }
 
-    /// What the probe says that it runs.
+    /// Report of the probe on the program that it runs.
     fn runs(&self) -> ProgramReport {
         self.probe.host().until("its program", |message| match message {
             Message::Program(report) => Some(*report),
@@ -144,7 +144,7 @@ impl Updated {
     }
 }
 
-/// What a probe says that runs a confirmed program.
+/// Report of a probe that runs a confirmed program.
 const fn settled(number: u32, other: Option<u32>) -> ProgramReport {
     ProgramReport { number, confirmed: true, other, received: None }
 }

@@ -128,12 +128,12 @@ pub fn browser() -> Option<PathBuf> {
     found
 }
 
-/// What a page tells of itself in a browser.
+/// Findings of the script `CHECK` on a page in a browser.
 pub fn told(browser: &Path, page: &Path, width: u32, is_dark: bool) -> Value {
     told_by(CHECK, browser, page, width, is_dark)
 }
 
-/// What a script tells of a page in a browser, by `data-told` of the body.
+/// Findings of a script on a page in a browser, from `data-told` of the body.
 pub fn told_by(check: &str, browser: &Path, page: &Path, width: u32, is_dark: bool) -> Value {
     let text = fs::read_to_string(page).unwrap();
     // Nobody answers there: the page loads until its script has done.

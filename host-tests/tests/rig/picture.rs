@@ -24,8 +24,8 @@ const HEIGHT: u32 = 24_000;
 const ROWS: usize = 24;
 const MOVED: usize = 6;
 
-/// How far a page may be from its picture: mean difference of the shades, and share of the squares that differ by a
-/// quarter of the range.
+/// Limits of a page's difference from its picture: mean difference of the shades, and share of the squares that differ
+/// by a quarter of the range.
 const ALIKE: (f64, f64) = (5.0, 0.015);
 
 /// Checks that a page looks as in its pictures in `tests/pages` at both widths, in the light and in the dark.
@@ -63,7 +63,7 @@ pub struct Picture {
     pub shades: Vec<u8>,
 }
 
-/// How far two pictures are apart.
+/// Difference of two pictures.
 #[derive(Clone, Copy, Debug)]
 pub struct Apart {
     /// Mean difference of the shades.
@@ -73,7 +73,7 @@ pub struct Apart {
 }
 
 impl Picture {
-    /// What a browser shows of a whole page, with every plot drawn.
+    /// Picture of a whole page as a browser shows it, with every plot drawn.
     pub fn of_page(browser: &Path, page: &Path, width: u32, is_dark: bool) -> Self {
         let folder = TempDir::new().unwrap();
         let all = fs::read_to_string(page).unwrap();
@@ -135,8 +135,8 @@ impl Picture {
         self
     }
 
-    /// How far this picture is from another, each stretch of rows beside the rows of the other that it is most like.
-    /// What one has at its end and the other has not is as far as can be.
+    /// Difference of this picture from another, each stretch of rows beside the rows of the other that it is most like.
+    /// Rows that one has at its end and the other has not differ as far as can be.
     pub fn apart(&self, other: &Self) -> Apart {
         let (mut moved, mut total, mut far, mut count) = (0_isize, 0.0, 0, 0);
         for (number, rows) in self.shades.chunks(ROWS * self.width).enumerate() {

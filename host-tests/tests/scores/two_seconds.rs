@@ -34,7 +34,7 @@ fn an_error_about_one_axis_shows_on_that_axis_with_its_sign() {
 fn a_perfect_gyro_scores_nothing_on_a_motion_about_all_axes() {
     let trace = trace(5_000, 30, swing, swing_rate);
     let scores = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
-    // What is left is the trapezoid between samples 5 ms apart.
+    // Error that is left: that of the trapezoid between samples 5 ms apart.
     close(scores.orientation_2s_rms_deg.uncompensated, 0.0, 2e-3);
     close(scores.time_alignment_ms, 0.0, 0.02);
 }
@@ -48,7 +48,7 @@ fn models_change_when_their_window_takes_effect_and_only_then() {
     flight.reports = vec![
         report(Some(10_000_000), GyroModel::IDENTITY, bias(0.5)),
         report(Some(20_000_000), bias(1.0), bias(0.5)),
-        // Of a filter that has diverged.
+        // Report of a filter that has diverged.
         report(Some(30_000_000), GyroModel { p: [[f32::NAN; 3]; 3], ..bias(7.0) }, bias(0.5)),
         report(None, bias(9.0), bias(9.0)),
     ];

@@ -99,7 +99,7 @@ fn the_fifo_gets_words_at_the_batch_rates() {
     }
 }
 
-/// What is converted between two samples of the truth is on the line between them.
+/// Conversions between two samples of the truth are on the line between them.
 #[test]
 fn conversions_at_its_rate_follow_a_ramp() {
     let wired = Wired::ism330dhcx(Conversions::AtItsRate);

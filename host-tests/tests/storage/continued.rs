@@ -24,14 +24,14 @@ const AT_S: [u64; 3] = [20, 35, 50];
 /// Two and a half minutes of the first run.
 const LONG_S: f64 = 150.0;
 
-/// What a first run leaves behind.
+/// Model and filter that a first run leaves behind.
 struct Ended {
     model: StoredModel,
     head: LearntHead,
     numbers: Vec<f32>,
 }
 
-/// What a second run starts with.
+/// Stored state that a second run starts with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum With {
     Nothing,
@@ -89,7 +89,7 @@ fn begun(config: &Config, ended: &Ended, with: With) -> Box<Probe> {
     probe
 }
 
-/// What flies at each of those times.
+/// Models that fly at each of those times.
 fn flown(mut probe: Box<Probe>, trace: &Trace) -> [GyroModel; AT_S.len()] {
     let mut flown = [GyroModel::IDENTITY; AT_S.len()];
     fly(&mut probe, trace, |t_us, probe| {
@@ -134,7 +134,7 @@ fn drilled(shock: f64, errs: bool, moves_otherwise: bool) -> [Vec<[f64; AT_S.len
         if errs {
             let effects = &mut first.effects;
             effects.accel_matrix.as_flattened_mut().iter_mut().for_each(|x| *x = 0.005 * normal(&mut dice));
-            // What is antisymmetric would turn the frame in which P is known.
+            // Antisymmetric part, left out: it would turn the frame in which P is known.
             let m = effects.accel_matrix;
             effects.accel_matrix = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (m[i][j] + m[j][i])));
             effects.mag_matrix.as_flattened_mut().iter_mut().for_each(|x| *x = 0.01 * normal(&mut dice));

@@ -1,4 +1,4 @@
-//! What the tool has taken is there after every power cut, and takes no room from models.
+//! Vibration dose of the tool: it is there after every power cut, and takes no room from models.
 
 use super::models::{Dice, KIB, Store, open, prepare};
 use meerkat_mwd::{
@@ -75,7 +75,7 @@ fn the_newest_dose_outlives_models_commands_and_erasures() {
 #[test]
 fn a_cut_at_any_word_leaves_the_dose_before_or_the_new_one() {
     let mut cuts = 0;
-    // Of a first dose, a later one, and one after which the sectors are prepared.
+    // Cuts of a first dose, of a later one, and of one after which the sectors are prepared.
     for before in [0, 1, 30] {
         let whole = |hours: u32| {
             let mut store = blank();

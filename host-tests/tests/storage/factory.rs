@@ -92,7 +92,7 @@ fn a_factory_that_loses_power_repeats_all_and_a_rotten_record_is_not_believed() 
             assert!(all.iter().all(|record| provisioning.write(record).is_ok()), "{operation} {cut:?}");
             let mut region = provisioning.into_region();
             assert_eq!(held(&FactoryRecords::read(&mut region).unwrap(), &all), all.map(Some));
-            // What has rotted is not read as something else.
+            // A record that has rotted is not read as something else.
             let bit = dice.below(8 * 160) as usize;
             region.bytes_mut().iter_mut().skip(bit / 8).take(1).for_each(|byte| *byte ^= 1 << (bit % 8));
             let rotten = held(&FactoryRecords::read(&mut region).unwrap(), &all);

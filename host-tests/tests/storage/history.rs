@@ -17,7 +17,7 @@ fn a_cut_in_a_roll_back_leaves_one_of_the_two_models() {
     let mut dice = Dice::new(61);
     let mut store = open(Small::new(3, 1));
     prepare(&mut store);
-    // Of different temperatures, so that both are kept.
+    // Models of different temperatures, so that both are kept.
     let [before, flying] = [dice.model(2, 0, 1), dice.model(3, 2, 2)];
     store.store_model(&before).unwrap();
     let number = store.store_model(&flying).unwrap();

@@ -91,7 +91,7 @@ fn an_update_is_tried_once_and_stays_if_it_is_confirmed() {
     slots.confirm(Slot::Second).unwrap();
     slots.confirm(Slot::Second).unwrap();
     assert_eq!(started(&mut slots), (Start::Confirmed(Slot::Second), 1));
-    // What ran before is still there if the new one rots.
+    // The program that ran before is still there if the new one rots.
     let rotten = slots.address(Slot::Second) as usize + 700;
     slots.flash_mut().bytes_mut()[rotten] ^= 4;
     assert_eq!(started(&mut slots), (Start::Confirmed(Slot::First), 0));

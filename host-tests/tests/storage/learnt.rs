@@ -1,4 +1,4 @@
-//! What the filter has learnt, stored beside its model: restored to the bit, or not at all.
+//! Learnt state of the filter, stored beside its model: restored to the bit, or not at all.
 
 use super::{
     flight::{drilling, probe},
@@ -89,7 +89,7 @@ fn what_was_learnt_comes_back_to_the_bit_with_its_model() {
     let Outcome::Chosen { number, .. } = number.outcome else { panic!("{number:?}") };
     for _ in 0..6 {
         for t_us in 0..60 {
-            // Of another temperature, or it would take the place of the one that has.
+            // Model of another temperature, or it would take the place of the one that has a learnt filter.
             store.store_model(&Dice::new(t_us).model(1, 1, t_us)).unwrap();
         }
         store = open(store.into_flash());

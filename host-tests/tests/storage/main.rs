@@ -1,5 +1,5 @@
-//! What the probe keeps in flash: there after every power cut, believed only when it is whole and plausible,
-//! and worn evenly.
+//! Records that the probe keeps in flash: there after every power cut, believed only when they are whole and plausible,
+//! and written so that the flash wears evenly.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../rig/mod.rs"]

@@ -18,7 +18,7 @@ enum Action {
     Retire,
 }
 
-/// What has been promised to be there.
+/// Records that have been promised to be there.
 #[derive(Clone, Debug, Default)]
 struct Promised {
     /// The newest of each temperature.
@@ -116,7 +116,7 @@ fn after_a_cut_at_every_word_and_every_erasure_the_last_complete_model_is_there(
                 let mut cut_off = store.clone();
                 cut_off.flash_mut().cut_in(operation, cut);
                 let said = run(&mut cut_off, action);
-                // Of two copies one is enough.
+                // Actions that write two copies, of which one is enough.
                 let is_twofold = matches!(action, Action::Counter(_) | Action::Retire);
                 assert!(is_twofold || said.is_err(), "action {number}: the power was away");
                 let mut restarted = powered_up(cut_off);
@@ -124,7 +124,7 @@ fn after_a_cut_at_every_word_and_every_erasure_the_last_complete_model_is_there(
                 let is_new = !is_old && after.is_kept_by(&mut restarted);
                 let at = format!("action {number} {action:?}, operation {operation} of {operations}, {cut:?}");
                 assert!(is_old || is_new, "{at}");
-                // What was said to be done is.
+                // An action that was said to be done is done.
                 assert!(said.is_err() || is_new || matches!(action, Action::Prepare), "{at}");
                 cuts += 1;
                 torn_models += u64::from(cut == Cut::Torn && is_old);

@@ -1,4 +1,4 @@
-//! Whether the tool stands still, as the gate of commands asks: only fresh readings of sound sensors say so.
+//! Standstill of the tool, as the gate of commands asks for it: only fresh readings of sound sensors show it.
 
 use std::f64::consts::TAU;
 

@@ -155,8 +155,8 @@ fn surveys_are_as_good_as_the_error_model_and_say_so() {
     }
 }
 
-/// What the drill string adds along the axis is no error of a sensor; a survey in which it has been
-/// corrected, or which is far enough from it, is as good as this.
+/// Field of the drill string along the axis: it is no error of a sensor. A survey in which it has been corrected, or
+/// which is far enough from the drill string, is as good as this.
 #[test]
 fn without_the_drill_strings_field_the_azimuth_is_within_half_a_degree_everywhere() {
     let mut config = SurveyConfig { settle_s: 0.1, ..SurveyConfig::default() };

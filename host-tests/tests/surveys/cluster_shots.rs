@@ -37,7 +37,7 @@ fn stations(shots: usize, bias_nt: [f64; 2]) -> String {
     text
 }
 
-/// What the command's JSON holds.
+/// JSON that the command writes.
 fn surveyed(text: &str, correction: &str) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
@@ -95,7 +95,7 @@ fn shots_at_one_depth_are_one_place_of_the_path_and_of_its_uncertainty() {
             assert!((number(&single["azimuth_deg"]) - number(&cluster[shot]["azimuth_deg"])).abs() < 0.01);
         }
     }
-    // What each shot measured stays beside it.
+    // Measured azimuth of each shot: it stays beside the direction of the place.
     let measured: Vec<f64> = cluster[3..11].iter().map(|shot| number(&shot["measured_deg"][1])).collect();
     let spread = measured.iter().fold(f64::MIN, |a, b| a.max(*b)) - measured.iter().fold(f64::MAX, |a, b| a.min(*b));
     assert!((0.3..0.4).contains(&spread), "{measured:?}");

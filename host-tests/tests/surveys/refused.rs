@@ -1,4 +1,4 @@
-//! What a run's files lack or hold wrongly is told with the file, the place in it, and what mends it.
+//! Errors and omissions in a run's files are told with the file, the place in it, and what mends them.
 
 use std::{fs, process::Command};
 
@@ -14,7 +14,7 @@ const ROWS: [&str; 2] = [
     "629,-0.013735,-0.074362,0.998639,11600.3,7067.4,49426.8",
 ];
 
-/// What the program prints on its way, and whether it succeeds.
+/// True if the program succeeds, and the text that it prints on its way.
 fn said(run: &str, stations: &[u8]) -> (bool, String) {
     said_with(run, stations, &[])
 }

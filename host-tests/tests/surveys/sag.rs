@@ -29,7 +29,7 @@ fn sags(run: &SurveyedRun) -> Vec<[f64; 2]> {
     run.stations.iter().map(|station| [station.sag_deg, station.inclination_deg]).collect()
 }
 
-/// What each of the outputs that have room for it says of the sag.
+/// Words on the sag in each of the outputs that have room for it.
 fn told(run: &SurveyedRun) -> [String; 5] {
     let csv = files::csv::full(run);
     let las = files::las::las(run);

@@ -1,4 +1,4 @@
-//! What the gate lets through.
+//! Commands that the gate lets through.
 
 use crate::frames::{self, Decoder};
 use meerkat_mwd::{
@@ -100,7 +100,7 @@ fn later_us() -> u64 {
     NOW_US.replace(NOW_US.get() + 15_000_000)
 }
 
-/// What a gate makes of a payload.
+/// Decision of a gate about a payload: the command, or the reason for which it is refused.
 fn judge(
     gate: &mut CommandGate,
     kind: Kind,

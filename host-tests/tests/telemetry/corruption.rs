@@ -39,7 +39,7 @@ fn telemetry() -> Vec<OnLine> {
     kept
 }
 
-/// What a host sends: every command, plain and authenticated.
+/// Frames that a host sends: every command, plain and authenticated.
 fn orders() -> Vec<OnLine> {
     split(&commands::every_command_on_line())
 }

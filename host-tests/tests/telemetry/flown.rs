@@ -19,7 +19,7 @@ pub fn recording(name: &str) -> (Config, Vec<Sample>) {
     (config, trace.samples)
 }
 
-/// What a probe with everything switched on sends.
+/// Bytes that a probe with everything switched on sends.
 pub fn stream(config: &Config, samples: &[Sample], format: AttitudeFormat) -> Vec<u8> {
     let (mut probe, mut surveyor) = (Box::new(Probe::new()), Surveyor::new());
     let mut queue = Box::new(TelemetryQueue::<4096, 4096, 4096>::new());

@@ -25,7 +25,7 @@ use crate::{
     },
 };
 
-/// What a monitor on loopback answers; its status line and all that follows.
+/// Answer of a monitor on loopback: its status line and all that follows.
 fn answered(address: &str, request: &str) -> String {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.write_all(request.as_bytes()).unwrap();

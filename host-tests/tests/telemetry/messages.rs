@@ -1,4 +1,4 @@
-//! What a flight says arrives, and fits.
+//! Messages of a flight arrive, and fit into frames.
 
 use crate::{
     flown,

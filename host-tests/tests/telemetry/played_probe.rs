@@ -20,12 +20,12 @@ use std::{
     time::Duration,
 };
 
-/// What a probe did until its host hung up.
+/// Log of what a probe did until its host hung up.
 #[derive(Default)]
 pub struct Log {
-    /// What it computed for the samples that it sent.
+    /// Outputs that it computed for the samples that it sent.
     pub outputs: Vec<Output>,
-    /// What it carried out.
+    /// Commands that it carried out.
     pub carried_out: Vec<Command>,
     /// Counters that it stored.
     pub counters: Vec<u64>,
@@ -33,7 +33,7 @@ pub struct Log {
     pub program: Vec<u8>,
 }
 
-/// How it behaves.
+/// Behaviour of a played probe.
 #[derive(Clone, Copy, Default)]
 pub struct Manner {
     pub drilling: bool,

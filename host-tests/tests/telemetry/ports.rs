@@ -49,7 +49,7 @@ fn a_recording_over_a_socket_replays_to_what_the_probe_computed() {
         mwd(&["replay", &at("trace.csv.gz"), "--config", &at("trace.toml"), "--attitude", &at("replay.csv")]);
     assert_eq!(replayed.status, 0, "{}", replayed.error);
     assert!(fs::read(at("probe.csv")).unwrap() == fs::read(at("replay.csv")).unwrap());
-    // What was kept of the line is as good as the line, but for the day.
+    // Capture of the line: it gives the same recording as the line, but for the date.
     let again = mwd(&["record", &at("line.bin"), "-o", &at("again.csv.gz")]);
     assert_eq!(again.status, 0);
     let [mut live, kept] = ["trace.csv.gz", "again.csv.gz"].map(|name| Trace::read(Path::new(&at(name))).unwrap());

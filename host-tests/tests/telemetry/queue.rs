@@ -56,7 +56,7 @@ fn output(number: u64) -> Output {
     Output { t_us: number, rate_rad_s: [0.0; 3], attitude: None }
 }
 
-/// What left the queue: when, how long on the line, what.
+/// Message that left the queue, with its time and its length on the line.
 #[derive(Clone, Debug)]
 struct Sent {
     at_us: u64,
@@ -227,7 +227,7 @@ fn the_freshest_attitudes_survive_a_line_that_stood_still() {
     assert_eq!(sent, (dropped..100).collect::<Vec<_>>());
 }
 
-/// What is sent in so many seconds while a host asks without end.
+/// Messages that are sent in so many seconds while a host asks without end.
 fn sent(queue: &mut Queue, seconds: u64, mut each_ms: impl FnMut(&mut Queue, u64)) -> Vec<Message> {
     let (mut decoder, mut buffer, mut sent) = (Decoder::new(), [0; MAX_FRAME], vec![]);
     for now_us in (0..seconds * 1_000_000).step_by(1_000) {

@@ -1,4 +1,4 @@
-//! What the probe computed can be computed again, to the last bit, from what it sent.
+//! Outputs of the probe can be computed again, to the last bit, from what it sent.
 
 use crate::{flown, frames, rig::program::mwd};
 use meerkat_mwd::{

@@ -1,4 +1,4 @@
-//! What a broken driver may hand over: NaN, infinities, numbers that no sensor can read.
+//! Readings that a broken driver may hand over: NaN, infinities, numbers that no sensor can read.
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags};
 

@@ -64,7 +64,7 @@ fn replayed(trace: &Trace, samples: Vec<Sample>, more: &[&str]) -> Replayed {
     Replayed { output, json, rows }
 }
 
-/// What flies is numbers all the way down; a NaN would have become a null.
+/// Parameters of the flown model are all numbers; a NaN would have become a null.
 fn assert_numbers(parameters: &Value) {
     for name in ["P", "b_rad_s", "sigma"] {
         assert!(parameters[name].as_array().unwrap().iter().all(Value::is_number), "{parameters}");

@@ -13,7 +13,7 @@ use crate::rig::run::{Run, run, sound_output, sound_report};
 
 static BASE: LazyLock<Run> = LazyLock::new(|| run(80.0, 3));
 
-/// What goes wrong with some samples in a row.
+/// Trouble that some samples in a row have.
 #[derive(Clone, Debug)]
 enum Trouble {
     /// A field of the first nine, or the temperature, has this value.

@@ -14,7 +14,7 @@ fn run(duration_s: f64, seed: u64) -> Run {
     Run { config: Config { effects: false, ..run.config }, ..run }
 }
 
-/// What a probe at 100 Hz asks for.
+/// Units of work that a probe at 100 Hz asks for.
 const BUDGET: u32 = 1_600;
 
 /// Flies with `budget(index)` units of work after each sample; `None`: not polled.

@@ -58,7 +58,7 @@ fn the_last_instants_of_time_are_flown_without_overflow() {
         }
     }
     let jump = [0, 10_000, u64::MAX / 2, u64::MAX - 1, u64::MAX].map(|t_us| Sample { t_us, ..run.trace.samples[0] });
-    // Of the two jumps the second is the first that another stamp confirms.
+    // The second of the two jumps is the first that another stamp confirms.
     assert_eq!(flown(&run.config, &jump).counters.gaps, 1);
 }
 
@@ -178,8 +178,8 @@ fn a_clock_that_goes_back_a_little_is_waited_for_and_the_wait_is_a_gap() {
     assert!(after.sigma_toolface_rad > 2.0 * before.sigma_toolface_rad, "{before:?} {after:?}");
 }
 
-/// Of twelve seconds in which the tool turned on the estimator has to know, too: taken for a moment, they would be an
-/// error of the sensors.
+/// Gap of twelve seconds in which the tool turned on: the estimator has to know of it, too. Taken for an instant, it
+/// would be an error of the sensors.
 #[test]
 fn a_clock_that_stands_still_is_a_gap_and_no_error_of_the_sensors() {
     for (seed, from) in (0..6).flat_map(|seed| [170, 600, 1_100, 2_000].map(|from| (seed, from))) {

@@ -1,4 +1,4 @@
-//! Of the tests of the storage: flash that a cut left between two states, and pages smaller than a sector.
+//! Selection of the storage's tests: flash that a cut left between two states, and pages smaller than a sector.
 
 #[path = "../../../tests/storage/marginal.rs"]
 mod marginal;

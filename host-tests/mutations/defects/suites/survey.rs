@@ -1,4 +1,4 @@
-//! Of the tests of surveys: whether the tool stands still.
+//! Selection of the surveys' tests: whether the tool stands still.
 #![allow(dead_code)]
 
 #[path = "../../../tests/survey/interlock.rs"]

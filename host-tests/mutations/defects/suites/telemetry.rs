@@ -1,4 +1,4 @@
-//! Of the tests of the line: what the gate lets through, and what waits for the line.
+//! Selection of the line's tests: commands that the gate lets through, and messages that wait for the line.
 #![allow(dead_code)]
 
 #[path = "../../../tests/telemetry/commands.rs"]

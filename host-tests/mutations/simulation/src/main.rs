@@ -28,7 +28,7 @@ use std::{
 
 fn main() -> anyhow::Result<()> {
     let seeds: u64 = std::env::args().nth(1).map_or(Ok(1_000), |text| text.parse())?;
-    // What a mutation breaks may panic; one line says so.
+    // Panics of mutated code are not printed: they count as violations, and the last line says so.
     std::panic::set_hook(Box::new(|_| ()));
     let (next, found) = (AtomicU64::new(0), AtomicU64::new(seeds));
     let work = || {
