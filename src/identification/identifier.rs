@@ -51,7 +51,7 @@ pub(crate) struct Identifier<const NODES: usize, const COLUMNS: usize, const REP
     pending: Deque<WindowReport, REPORTS>,
 }
 
-/// What has come of the samples since the configuration, beside what the parts keep. A new configuration resets it as
+/// State that the samples since the configuration have left, beside that of the parts. A new configuration resets it as
 /// one value.
 struct State {
     flown: GyroModel,

@@ -20,7 +20,7 @@ pub enum Grade {
     Bad,
 }
 
-/// What a check is of: a quantity against its reference, or the mounting.
+/// Subject of a check: a quantity against its reference, or the mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -32,7 +32,7 @@ pub enum Checked {
     Field,
     /// Dip, radians.
     Dip,
-    /// Whether the sensors agree on a turn, see [`MountingCheck`](crate::sensors::MountingCheck). It has no number.
+    /// Agreement of the sensors on a turn, see [`MountingCheck`](crate::sensors::MountingCheck). It has no number.
     Mounting,
 }
 

@@ -1,4 +1,4 @@
-//! What a user can do about an error, or after a result.
+//! Steps that a user can take about an error, or after a result.
 
 use meerkat_mwd::{
     config::ConfigError,
@@ -13,7 +13,7 @@ use crate::{
     trace::{Fault, TraceError},
 };
 
-/// What can be done about an error of a command; at least where its options are explained.
+/// Step that can be taken about an error of a command; at least where its options are explained.
 #[must_use]
 pub fn after_error(error: &anyhow::Error, command: Option<&str>) -> String {
     let known = error.chain().find_map(|cause| {
@@ -101,7 +101,7 @@ pub const fn page_of(refusal: &Refusal) -> &'static str {
     }
 }
 
-/// What to do after a flight whose report was, or was not, written.
+/// Step to take after a flight whose report was, or was not, written.
 #[must_use]
 pub fn after_flight(flight: &Flight, report: Option<&std::path::Path>) -> String {
     let see = report.map_or_else(

@@ -1,4 +1,4 @@
-//! What a refusal looks like: each page shows what the program prints of a recording that is refused for its reason.
+//! Pages of the refusals: each shows what the program prints of a recording that is refused for its reason.
 //! `MWD_BLESS=1 cargo test -p host-tests --test guide` writes the lines into the pages.
 
 use std::{

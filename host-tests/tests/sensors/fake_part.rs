@@ -193,7 +193,7 @@ pub fn read(source: &mut impl InertialSource, now_us: u64, into: &mut Vec<Inerti
     done
 }
 
-/// How much later the stamp is than the truth, microseconds; the code holds it to ten.
+/// Time by which the stamp is later than the truth, microseconds; the code holds it to ten.
 pub fn lateness_us(reading: &InertialReading) -> f64 {
     reading.t_us as f64 - f64::from(reading.gyro_rad_s[0]) * 10.0
 }

@@ -7,7 +7,7 @@ fn rows(matrix: &Matrix3<f32>) -> [[f32; 3]; 3] {
     [0, 1, 2].map(|row| [matrix[(row, 0)], matrix[(row, 1)], matrix[(row, 2)]])
 }
 
-/// Of the 48 signed permutations 24 are rotations; of the 216 triples of axes the rest name an axis twice.
+/// Half of the 48 signed permutations, 24, are rotations; of the 216 triples of axes the rest name an axis twice.
 #[test]
 fn half_of_the_remappings_are_right_handed() {
     let axes = [Axis::PlusX, Axis::PlusY, Axis::PlusZ, Axis::MinusX, Axis::MinusY, Axis::MinusZ];

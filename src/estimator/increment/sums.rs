@@ -79,7 +79,7 @@ impl<T: Real> Sums<T> {
         }
     }
 
-    /// Of an increment that begins now; `with` is what its rotations are composed with.
+    /// Sums of an increment that begins now; `with` is what its rotations are composed with.
     pub fn begun(with: &Composition<T>) -> Self {
         Self { with: *with, rotation: identity(), ..Self::zero() }
     }

@@ -156,7 +156,7 @@ fn errors_that_are_noise_alone_are_refused_by_leaving_stations_out() {
     let mut refused = 0;
     for seed in 0..20 {
         let mut generator = Xoshiro128PlusPlus::seed_from_u64(100 + seed);
-        // Of variance 1.
+        // Its variance is 1.
         let mut noise = || 3.464 * (uniform(&mut generator) - 0.5);
         let mut all = MultiStation::new();
         for k in 0..12 {

@@ -154,7 +154,7 @@ fn a_field_that_turns_is_motion_whatever_a_dead_gyro_axis_reads() {
     }
 }
 
-/// What was taken out along the axis may be wrong as the drill string's field of the error model may, and a force's
+/// A field taken out along the axis may be wrong as the drill string's field of the error model may, and a force's
 /// correction as a bias may: the same sigmas, from another source.
 #[test]
 fn the_uncertainty_of_a_correction_counts_as_an_error_of_the_reading_does() {

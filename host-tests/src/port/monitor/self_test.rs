@@ -79,8 +79,8 @@ fn mounting_text(seen: TurnFlags, wrong: TurnFlags) -> String {
     told.join(", ")
 }
 
-/// What makes one sensor differ from the gyro about these axes. A vector with one sign turned, or two, turns the wrong
-/// way about the two axes across; with two axes exchanged about all.
+/// Cause for which one sensor differs from the gyro about these axes. A vector with one sign turned, or two, turns the
+/// wrong way about the two axes across; with two axes exchanged about all.
 fn likely(name: &str, wrong: [bool; 3], of_gyro: [bool; 3]) -> String {
     let across = wrong.iter().position(|wrong| !wrong).filter(|axis| !of_gyro[*axis]);
     match (wrong.iter().filter(|wrong| **wrong).count(), across) {
