@@ -202,6 +202,11 @@
 #define MWD_REFUSED_OTHERWISE 9
 
 /**
+ * Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the field.
+ */
+#define MWD_REFUSED_WRONG_MOUNTING 10
+
+/**
  * Bytes of a name, with the zero that ends it.
  */
 #define MWD_NAME_SIZE 32
