@@ -42,5 +42,6 @@ fn no_sound_sensor_is_ever_called_wrong_and_a_turned_axis_is_where_it_is_seen() 
         let across = seen & (TurnFlags::X_BY_ACCEL | TurnFlags::Y_BY_ACCEL);
         assert_eq!(turned, [seen, across], "{}", name(&path));
     }
-    assert!(judged >= 6, "{judged}");
+    // Two of the bundled recordings are of turns alone.
+    assert!(judged >= 5, "{judged}");
 }
