@@ -266,8 +266,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     }
 
     /// Accepts no P while the sensors do not agree on these turns, as found by a
-    /// [`MountingCheck`](crate::sensors::MountingCheck), and grades no survey good. It lasts until the next call or
-    /// configuration.
+    /// [`MountingCheck`](crate::sensors::MountingCheck), and grades no survey good. Call it with every sample: a new
+    /// configuration, and a clock that goes back, forget it.
     pub const fn mistrust_mounting(&mut self, wrong: TurnFlags) {
         self.identifier.mistrust_mounting(wrong);
     }

@@ -66,6 +66,14 @@ bitflags::bitflags! {
     }
 }
 
+/// As bits: the names as text would take 3 KB.
+#[cfg(all(feature = "defmt", target_os = "none"))]
+impl defmt::Format for TurnFlags {
+    fn format(&self, to: defmt::Formatter<'_>) {
+        defmt::write!(to, "{=u16:b}", self.bits());
+    }
+}
+
 /// A vector sensor of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]

@@ -1,5 +1,5 @@
-//! Reasons for which P is refused. They are found in `posterior.rs` (`Filter::fitness`), but for `Overrun` and
-//! `WrongMounting`, which `identification/identifier.rs` knows of.
+//! Reasons for which P is refused. They are found in `posterior.rs` (`Filter::fitness`), but for `Overrun`, which
+//! `identification/identifier.rs` finds, and `WrongMounting`, which `identification/flying.rs` is told.
 
 use crate::sample::TurnFlags;
 
@@ -46,11 +46,10 @@ pub enum Refusal {
         /// Hard iron, of the field's norm.
         hard_iron_share: f32,
     },
-    /// The sensors do not agree on turns: a sign, a unit or an axis is wrong. Like `Overrun` nothing that the estimator
-    /// says itself.
+    /// The sensors do not agree on turns: a sign, a unit or an axis is wrong. Told by
+    /// [`Probe::mistrust_mounting`](crate::Probe::mistrust_mounting).
     WrongMounting {
         /// Turns about which they do not agree.
-        #[cfg_attr(all(feature = "defmt", target_os = "none"), defmt(Debug2Format))]
         turns: TurnFlags,
     },
 }

@@ -25,6 +25,12 @@ const KNOWN: f32 = 0.25;
 /// Largest part of a vector's motion that turns may leave unexplained. What a hand's acceleration, a magnet or iron on
 /// the probe adds to the readings stands on both sides of the fit and draws the factors towards zero, by about its part.
 const UNEXPLAINED: f32 = 0.05;
+/// Least range of a component of the vector's direction across an axis for turns about the axis to be judged: 45 deg. A
+/// probe that swings on a rope or an arm feels less of its turns than there is, in step with them and with nothing left
+/// over, and does not swing so far.
+const LEAST_RANGE: f32 = 0.7;
+/// Steps without a stretch in which something moved after which all is forgotten: ten minutes.
+const MOST_STILL: u32 = 6_000;
 /// Least number of stretches: 18 rows for nine factors.
 const LEAST_STRETCHES: f32 = 6.0;
 /// Stretches after which what was seen counts half: the turns of the last five minutes of motion tell.
@@ -43,7 +49,8 @@ const ROUNDING: f32 = 1e-6;
 /// magnetometer with one axis turned round differs from the gyro about the two others, with two exchanged about all.
 ///
 /// Noise averages out; what a hand, a magnet or a bias adds does not, for it may go along with the turns. So a factor
-/// is judged only where all that the turns leave unexplained could not move it far, and is little.
+/// is judged only where all that the turns leave unexplained could not move it far, and is little, and where the vector
+/// has gone far: the acceleration of a probe that swings goes along with its turns and leaves nothing over.
 #[derive(Clone, Copy, Debug)]
 pub struct MountingCheck {
     step: Step,
@@ -52,7 +59,10 @@ pub struct MountingCheck {
     /// By the accelerometer, by the magnetometer.
     stretches: [Stretch; 2],
     fits: [Fit; 2],
+    seen: TurnFlags,
     wrong: TurnFlags,
+    /// Steps since something moved.
+    still: u32,
 }
 
 /// Sums of a step. A magnetometer may be slower than the rest.
@@ -93,6 +103,8 @@ struct Fit {
     right: [f32; 9],
     square: f32,
     stretches: f32,
+    /// Least and largest component of the vector's direction along each axis.
+    range: [Vector3<f32>; 2],
 }
 
 impl MountingCheck {
@@ -104,7 +116,9 @@ impl MountingCheck {
             last: None,
             stretches: [Stretch::ZERO; 2],
             fits: [Fit::ZERO; 2],
+            seen: TurnFlags::empty(),
             wrong: TurnFlags::empty(),
+            still: 0,
         }
     }
 
@@ -150,15 +164,19 @@ impl MountingCheck {
                 _ => *stretch = Stretch::ZERO,
             }
         }
-        if moved {
-            self.wrong = self.judged();
+        self.still = if moved { 0 } else { self.still.saturating_add(1) };
+        if self.still > MOST_STILL {
+            self.fits = [Fit::ZERO; 2];
+        }
+        if moved || self.still > MOST_STILL {
+            self.judge();
         }
     }
 
     /// Turns that have been seen well enough to judge.
     #[must_use]
-    pub fn seen(&self) -> TurnFlags {
-        self.flags(|_, column| column.is_some())
+    pub const fn seen(&self) -> TurnFlags {
+        self.seen
     }
 
     /// Those of the turns seen about which the sensors do not agree.
@@ -167,14 +185,24 @@ impl MountingCheck {
         self.wrong
     }
 
-    fn judged(&self) -> TurnFlags {
-        self.flags(|axis, column| {
-            let right = Vector3::ith(axis, 1.0);
-            column.is_some_and(|column| {
-                let known = column.iter().zip(right.iter()).filter_map(|(factor, right)| Some((*factor)? - right));
-                known.into_iter().any(|off| libm::fabsf(off) > NEAR)
-            })
-        })
+    /// Judges every turn anew.
+    fn judge(&mut self) {
+        (self.seen, self.wrong) = (TurnFlags::empty(), TurnFlags::empty());
+        let mut bit = TurnFlags::X_BY_ACCEL.bits();
+        for fit in &self.fits {
+            for (axis, column) in fit.columns().into_iter().enumerate() {
+                let turn = TurnFlags::from_bits_truncate(bit);
+                bit <<= 1;
+                let Some(column) = column else { continue };
+                self.seen |= turn;
+                for (of, factor) in column.into_iter().enumerate() {
+                    let right = if of == axis { 1.0 } else { 0.0 };
+                    if factor.is_some_and(|factor| libm::fabsf(factor - right) > NEAR) {
+                        self.wrong |= turn;
+                    }
+                }
+            }
+        }
     }
 
     /// Columns of M for a turn about x, y and z, by gravity and by the field: the axis about which the vector turned,
@@ -182,14 +210,6 @@ impl MountingCheck {
     #[must_use]
     pub fn columns(&self) -> [[Option<[Option<f32>; 3]>; 3]; 2] {
         self.fits.each_ref().map(Fit::columns)
-    }
-
-    fn flags(&self, holds: impl Fn(usize, Option<[Option<f32>; 3]>) -> bool) -> TurnFlags {
-        let columns = self.columns();
-        (0_u16..)
-            .zip(columns.iter().flatten())
-            .filter(|(bit, column)| holds(usize::from(bit % 3), **column))
-            .fold(TurnFlags::empty(), |flags, (bit, _)| flags | TurnFlags::from_bits_truncate(1 << bit))
     }
 
     /// Norms of the last step's mean specific force, m/s^2, and field, microtesla: gravity and the earth's field at
@@ -247,6 +267,7 @@ impl Stretch {
             moved = change.norm() > MOVED || across(&turned) > MOVED;
             if moved && change.iter().chain(turned.iter()).all(|x| x.is_finite()) {
                 fit.add(&change, &turned);
+                fit.extend(&(mean / length));
             }
         }
         *self = Self { before: Some((mean, self.rising)), ..Self::ZERO };
@@ -261,7 +282,13 @@ fn across(turned: &Matrix3<f32>) -> f32 {
 }
 
 impl Fit {
-    const ZERO: Self = Self { normal: Packed::zero(), right: [0.0; 9], square: 0.0, stretches: 0.0 };
+    const ZERO: Self = Self {
+        normal: Packed::zero(),
+        right: [0.0; 9],
+        square: 0.0,
+        stretches: 0.0,
+        range: [Vector3::new(0.0, 0.0, 0.0); 2],
+    };
 
     fn add(&mut self, change: &Vector3<f32>, turned: &Matrix3<f32>) {
         if self.stretches >= MOST_STRETCHES {
@@ -280,6 +307,16 @@ impl Fit {
         }
         self.square += change.norm_squared();
         self.stretches += 1.0;
+    }
+
+    /// Extends the range of the vector's direction.
+    fn extend(&mut self, direction: &Vector3<f32>) {
+        let first = self.stretches <= 1.0;
+        let [least, largest] = &mut self.range;
+        let extended = |old: &Vector3<f32>, is_beyond: fn(f32, f32) -> bool| {
+            old.zip_map(direction, |old, new| if first || is_beyond(new, old) { new } else { old })
+        };
+        (*least, *largest) = (extended(least, |new, old| new < old), extended(largest, |new, old| new > old));
     }
 
     fn columns(&self) -> [Option<[Option<f32>; 3]>; 3] {
@@ -310,10 +347,13 @@ impl Fit {
             // All that is left may go along with this factor.
             (left * variance(i) < KNOWN * KNOWN * size * size).then_some(*factor)
         });
+        let [least, largest] = &self.range;
+        let range = largest - least;
         let columns = [0, 1, 2].map(|axis| {
             let column = [(); 3].map(|()| known.next().flatten());
-            let is_seen = column.get(axis).is_some_and(Option::is_some);
-            (is_explained && is_seen).then_some(column)
+            let is_known = column.get(axis).is_some_and(Option::is_some);
+            let has_range = range.iter().enumerate().any(|(along, range)| along != axis && *range > LEAST_RANGE);
+            (is_explained && is_known && has_range).then_some(column)
         });
         Some(columns)
     }

@@ -168,3 +168,46 @@ fn nothing_makes_it_panic_or_keep_a_nan() {
     let check = checked(samples);
     assert!(check.columns().iter().flatten().flatten().flatten().flatten().all(|factor| factor.is_finite()));
 }
+
+/// A probe that hangs and swings, its sensors 0.6 m under the rope's end: the acceleration takes 0.6 of gravity's turn
+/// away, in step with the gyro.
+#[test]
+fn a_probe_that_swings_is_not_called_wrong() {
+    for amplitude_rad in [0.1, 0.2, 0.26] {
+        let swing = (1..6_000_u32).map(|k| {
+            let (t_s, pulse) = (0.01 * k as f32, core::f32::consts::PI);
+            let (sine, cosine) = libm::sincosf(pulse * t_s);
+            let [angle, rate, change] =
+                [amplitude_rad * sine, amplitude_rad * pulse * cosine, -amplitude_rad * pulse * pulse * sine];
+            let body_to_earth = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), angle);
+            let acceleration = Vector3::new(0.6 * change, 0.0, -0.6 * rate * rate);
+            let force = acceleration + body_to_earth.inverse() * Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2);
+            Sample {
+                t_us: 10_000 * u64::from(k),
+                gyro_rad_s: [0.0, rate, 0.0],
+                accel_m_s2: force.into(),
+                mag_ut: (body_to_earth.inverse() * Vector3::from(FIELD_UT)).into(),
+                temperature_c: 25.0,
+                flags: SampleFlags::empty(),
+            }
+        });
+        let check = checked(swing);
+        assert_eq!(check.wrong(), TurnFlags::empty(), "{amplitude_rad}: {:?}", check.columns());
+    }
+}
+
+#[test]
+fn ten_minutes_without_a_turn_forget_those_before() {
+    let mut samples = by_hand(7, &[0, 1, 2]);
+    samples.iter_mut().for_each(|sample| sample.gyro_rad_s[1] *= -1.0);
+    let at_rest = Sample { gyro_rad_s: [0.0; 3], ..samples[samples.len() - 1] };
+    let mut check = checked(samples.iter().copied());
+    let mut last_wrong_s = 0;
+    for k in 1..70_000 {
+        check.update(&Sample { t_us: at_rest.t_us + 10_000 * k, ..at_rest }, [0.0; 3]);
+        if check.wrong() == TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG {
+            last_wrong_s = k / 100;
+        }
+    }
+    assert!((599..=602).contains(&last_wrong_s) && check.seen().is_empty(), "{last_wrong_s}");
+}
