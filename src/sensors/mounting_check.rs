@@ -54,8 +54,8 @@ const ROUNDING: f32 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub struct MountingCheck {
     step: Step,
-    /// Means of the last step.
-    last: Option<Means>,
+    /// Means of the last step. Not an `Option` of them: that would not be all zero bytes.
+    last: [Option<Vector3<f32>>; 2],
     /// By the accelerometer, by the magnetometer.
     stretches: [Stretch; 2],
     fits: [Fit; 2],
@@ -113,7 +113,7 @@ impl MountingCheck {
     pub const fn new() -> Self {
         Self {
             step: Step::new(0),
-            last: None,
+            last: [None; 2],
             stretches: [Stretch::ZERO; 2],
             fits: [Fit::ZERO; 2],
             seen: TurnFlags::empty(),
@@ -129,10 +129,10 @@ impl MountingCheck {
         const MAG: SampleFlags = SampleFlags::MAG_MISSING.union(SampleFlags::MAG_CLIPPED);
         let passed_us = sample.t_us.checked_sub(self.step.begun_us);
         let is_next = passed_us.is_some_and(|us| us as f32 * 1e-6 < 2.0 * STEP_S);
-        let is_finite =
-            [sample.gyro_rad_s, sample.accel_m_s2, sample.mag_ut, bias_rad_s].iter().flatten().all(|x| x.is_finite());
+        let vectors = [&sample.gyro_rad_s, &sample.accel_m_s2, &sample.mag_ut, &bias_rad_s];
+        let is_finite = vectors.iter().all(|vector| vector.iter().all(|x| x.is_finite()));
         if sample.flags.intersects(GYRO) || !is_finite || !is_next {
-            (self.step, self.last, self.stretches) = (Step::new(sample.t_us), None, [Stretch::ZERO; 2]);
+            (self.step, self.last, self.stretches) = (Step::new(sample.t_us), [None; 2], [Stretch::ZERO; 2]);
             return;
         }
         self.step.rate += Vector3::from(sample.gyro_rad_s) - Vector3::from(bias_rad_s);
@@ -149,7 +149,7 @@ impl MountingCheck {
         if seconds >= STEP_S {
             let means = self.step.means();
             self.step = Step::new(sample.t_us);
-            self.last = Some(means);
+            self.last = means.vectors;
             self.turned(&means, seconds);
         }
     }
@@ -216,7 +216,7 @@ impl MountingCheck {
     /// rest.
     #[must_use]
     pub fn norms(&self) -> [Option<f32>; 2] {
-        self.last.map_or([None; 2], |means| means.vectors.map(|vector| vector.map(|vector| vector.norm())))
+        self.last.map(|vector| vector.map(|vector| vector.norm()))
     }
 }
 
@@ -247,6 +247,8 @@ impl Stretch {
 
     /// Adds a step: the vector, and the turn by the gyro. At the stretch's end the fit takes the change since the one
     /// before; returns true if something moved.
+    // Not inlined, nor is `Fit::columns`: there would be two copies, a fifth of a percent of the flash each.
+    #[inline(never)]
     fn add(&mut self, vector: &Vector3<f32>, turn: &Vector3<f32>, fit: &mut Fit) -> bool {
         let turned = vector * turn.transpose();
         self.sum += vector;
@@ -265,7 +267,7 @@ impl Stretch {
             let turned = (rising + self.turned - self.rising) / length;
             // A NaN, of vectors of no length, is no motion.
             moved = change.norm() > MOVED || across(&turned) > MOVED;
-            if moved && change.iter().chain(turned.iter()).all(|x| x.is_finite()) {
+            if moved && (change.norm_squared() + turned.norm_squared()).is_finite() {
                 fit.add(&change, &turned);
                 fit.extend(&(mean / length));
             }
@@ -296,11 +298,12 @@ impl Fit {
             (self.square, self.stretches) = (self.square * 0.5, self.stretches * 0.5);
         }
         // The change is the sum over the axes j of `u_j x m_j`, with u_j of the integral and m_j of M.
-        let crosses = [0, 1, 2].map(|axis| turned.column(axis).cross_matrix());
-        let rows = [0, 1, 2].map(|i| {
-            let mut elements = crosses.iter().flat_map(|cross| <[f32; 3]>::from(cross.row(i).transpose()));
-            [(); 9].map(|()| elements.next().unwrap_or(0.0))
-        });
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: [[f32; 3]; 3] = (*turned).into();
+        let rows = [
+            [0.0, -az, ay, 0.0, -bz, by, 0.0, -cz, cy],
+            [az, 0.0, -ax, bz, 0.0, -bx, cz, 0.0, -cx],
+            [-ay, ax, 0.0, -by, bx, 0.0, -cy, cx, 0.0],
+        ];
         self.normal.add_outers(&rows, 1.0);
         for (row, change) in rows.iter().zip(change.iter()) {
             self.right.iter_mut().zip(row).for_each(|(sum, element)| *sum += element * change);
@@ -311,14 +314,19 @@ impl Fit {
 
     /// Extends the range of the vector's direction.
     fn extend(&mut self, direction: &Vector3<f32>) {
-        let first = self.stretches <= 1.0;
+        let is_first = self.stretches <= 1.0;
         let [least, largest] = &mut self.range;
-        let extended = |old: &Vector3<f32>, is_beyond: fn(f32, f32) -> bool| {
-            old.zip_map(direction, |old, new| if first || is_beyond(new, old) { new } else { old })
-        };
-        (*least, *largest) = (extended(least, |new, old| new < old), extended(largest, |new, old| new > old));
+        for ((least, largest), x) in least.iter_mut().zip(largest.iter_mut()).zip(direction.iter()) {
+            if is_first || *x < *least {
+                *least = *x;
+            }
+            if is_first || *x > *largest {
+                *largest = *x;
+            }
+        }
     }
 
+    #[inline(never)]
     fn columns(&self) -> [Option<[Option<f32>; 3]>; 3] {
         self.solved().unwrap_or([None; 3])
     }

@@ -103,13 +103,12 @@ impl Quality {
         Self { grade: reason.grade, reason, gravity, field, dip }
     }
 
-    /// Quality with sensors that do not agree on these turns: bad, if there are any.
-    pub(super) fn mounted(self, wrong: TurnFlags) -> Self {
-        if wrong.is_empty() {
-            return self;
+    /// Makes it bad if the sensors do not agree on these turns.
+    pub(super) fn mounted(&mut self, wrong: TurnFlags) {
+        if !wrong.is_empty() {
+            self.reason = Check { checked: Checked::Mounting, difference: None, limit: 0.0, grade: Grade::Bad };
+            self.grade = Grade::Bad;
         }
-        let reason = Check { checked: Checked::Mounting, difference: None, limit: 0.0, grade: Grade::Bad };
-        Self { grade: Grade::Bad, reason, ..self }
     }
 }
 

@@ -133,12 +133,12 @@ impl Surveys {
         }
         self.continuous.push(input, step_s);
         if let Some(mut report) = self.stationary.push(input, &mut self.stationary_toolface, (earth, config)) {
-            report.quality = report.quality.mounted(input.mounting_wrong);
+            report.quality.mounted(input.mounting_wrong);
             self.last_stationary = Some(report);
             news.insert(SurveyNews::STATIONARY);
         }
         if let Some(mut report) = self.rotating.push(input, &mut self.rotating_toolface, (earth, config)) {
-            report.quality = report.quality.mounted(input.mounting_wrong);
+            report.quality.mounted(input.mounting_wrong);
             self.last_rotating = Some(report);
             news.insert(SurveyNews::ROTATING);
         }
