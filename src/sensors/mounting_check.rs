@@ -247,7 +247,7 @@ impl Stretch {
 
     /// Adds a step: the vector, and the turn by the gyro. At the stretch's end the fit takes the change since the one
     /// before; returns true if something moved.
-    // Not inlined, nor is `Fit::columns`: there would be two copies, a fifth of a percent of the flash each.
+    // Not inlined, nor is `Fit::columns`: the images are full, and that saves 0.1 KiB of flash.
     #[inline(never)]
     fn add(&mut self, vector: &Vector3<f32>, turn: &Vector3<f32>, fit: &mut Fit) -> bool {
         let turned = vector * turn.transpose();
