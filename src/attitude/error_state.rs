@@ -59,14 +59,15 @@ pub(crate) struct ProcessNoise {
     pub(crate) bounded_bias: [f32; 2],
     /// Each horizontal velocity, (m/s)^2.
     pub(crate) velocity: f32,
-    /// Each error of the gyro's scale, dimensionless, where these errors are states.
-    pub(crate) scale: f32,
+    /// Each error of the gyro's scale, dimensionless, where these errors are states: as `bounded_bias`.
+    pub(crate) bounded_scale: [f32; 2],
 }
 
 /// Error-state Kalman filter: the covariance, and the correction collected by updates since
 /// [`ErrorState::take_correction`].
 ///
 /// Only the upper triangle (column at least row) of the covariance is kept; elements below it are never read.
+#[derive(Clone, Copy)]
 pub(crate) struct ErrorState {
     covariance: [[f32; STATES]; STATES],
     correction: [f32; STATES],
@@ -147,7 +148,7 @@ impl ErrorState {
     ) {
         self.predict_base(rotation_time, gravity_time, noise);
         if self.scale.is_estimated() {
-            self.scale.predict(&mut self.covariance, rotation_time, gravity_time, rate, noise.scale);
+            self.scale.predict(&mut self.covariance, rotation_time, gravity_time, rate, noise.bounded_scale);
         }
     }
 
@@ -247,6 +248,30 @@ impl ErrorState {
         let residual = innovation - self.scale.correction(element);
         let seen = of_scale.get(element).copied().unwrap_or(0.0);
         self.update_scalar(&column, &of_scale, seen + variance, residual, Gain::Every);
+    }
+
+    /// Replaces the prior of the scale's errors, of deviation `sigma` about zero, by wider ones of factors and couplings,
+    /// as if they had held from the start. `errors` are those before the collected correction. Returns the log Bayes
+    /// factor of the wider ones.
+    ///
+    /// An error x of variance v becomes by a deviation w in place of s more probable by the factor
+    /// `s/w (1 - a v)^(-1/2) exp(a x^2 / 2 (1 - a v))`, where a = 1/s^2 - 1/w^2; the elements are widened one by one.
+    pub(crate) fn widen_scale(&mut self, errors: &Matrix3<f32>, sigma: f32, [factor, coupling]: [f32; 2]) -> f32 {
+        let mut log_bayes_factor = 0.0;
+        for k in 0..SCALES {
+            let (row, column) = (k / 3, k % 3);
+            let wide = if row == column { factor } else { coupling };
+            if wide <= sigma {
+                continue;
+            }
+            let a = 1.0 / (sigma * sigma) - 1.0 / (wide * wide);
+            let before = errors[(row, column)];
+            let (x, left) = (before + self.scale.correction(k), 1.0 - a * self.scale.variance(k));
+            log_bayes_factor += libm::logf(sigma / wide) + 0.5 * (a * x * x / left - libm::logf(left));
+            // A negative variance takes out what the narrower prior says beyond the wider one.
+            self.update_scale(k, -before, -1.0 / a);
+        }
+        log_bayes_factor
     }
 
     /// Scalar Kalman update for an observation h of the errors: `column` and `of_scale` are P h', `total` the

@@ -365,7 +365,7 @@ impl AttitudeFilter {
         heading.note_agreement(agreed, step.time_s);
 
         state.correct(&settings.config);
-        gyro_scale::check_prior(state, settings);
+        gyro_scale::compare_priors(state, step.time_s, settings);
         tilt.check(state, heading, read, motion.shaking.density(), step.time_s, settings);
         state.refresh_rotation();
         self.report.is_stale = true;

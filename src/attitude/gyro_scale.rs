@@ -1,8 +1,6 @@
 //! Error of the gyro's scale factors and couplings as a state: a probe carried by hand turns in every direction, so
 //! that gravity and field show it within seconds, long before an identified model flies.
 
-#![allow(clippy::indexing_slicing)] // Elements of fixed-size matrices, counted by loops.
-
 use super::{
     error_state::SCALES,
     settings::Settings,
@@ -12,9 +10,11 @@ use super::{
 /// Deviations of an uncalibrated gyro: scale factors, couplings (`IdentificationConfig::prior_sigma_diagonal` and
 /// `prior_sigma_off_diagonal`, defaults).
 const UNCALIBRATED: [f32; 2] = [0.06, 0.03];
-/// Chi-square of nine degrees of freedom, exceeded once in twenty. Elements of which nothing is known yet are zero, so
-/// that chance exceeds it more rarely.
-const CONTRADICTED: f32 = 16.92;
+/// Log Bayes factor from which on an uncalibrated gyro's prior takes the place of the data sheet's: positive evidence
+/// (Kass and Raftery, Journal of the American Statistical Association 90, 1995).
+const POSITIVE: f32 = 1.0;
+/// Time between two comparisons of the priors, seconds.
+const COMPARED_EVERY_S: f32 = 0.5;
 
 /// Deviation of the constant part of one element's error. The rest that a data sheet allows changes with the motion
 /// (temperature, nonlinearity, time stamps) and is noise. A data sheet does not state the shares: half of the variance
@@ -36,24 +36,24 @@ pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
     state.scale = GyroScale { is_identified: true, ..GyroScale::ZERO };
 }
 
-/// Replaces the data sheet's prior by that of an uncalibrated gyro once the estimate contradicts it. Earlier
-/// observations count as if the wider prior had held from the start.
-pub(super) fn check_prior(state: &mut State, settings: &Settings) {
-    let sigma = constant_part(settings.config.gyro_scale_sigma);
-    let square = state.scale.errors.norm_squared() / (sigma * sigma);
-    // A NaN contradicts nothing.
-    if !(state.scale.by_data_sheet && square > CONTRADICTED) {
+/// Replaces the data sheet's prior by that of an uncalibrated gyro once that is more probable. Earlier observations
+/// count as if the wider prior had held from the start.
+pub(super) fn compare_priors(state: &mut State, time_s: f32, settings: &Settings) {
+    if !state.scale.by_data_sheet {
         return;
     }
-    state.scale.by_data_sheet = false;
-    for k in 0..SCALES {
-        let (row, column) = (k / 3, k % 3);
-        let wide = if row == column { UNCALIBRATED[0] } else { UNCALIBRATED[1] };
-        if wide > sigma {
-            // A negative variance takes out what the data sheet's prior says beyond the wider one.
-            let variance = -1.0 / (1.0 / (sigma * sigma) - 1.0 / (wide * wide));
-            state.errors.update_scale(k, -state.scale.errors[(row, column)], variance);
-        }
+    state.scale.uncompared_s += time_s;
+    if state.scale.uncompared_s < COMPARED_EVERY_S {
+        return;
     }
-    state.correct(&settings.config);
+    state.scale.uncompared_s = 0.0;
+    let mut widened = state.errors;
+    let sigma = constant_part(settings.config.gyro_scale_sigma);
+    let log_bayes_factor = widened.widen_scale(&state.scale.errors, sigma, UNCALIBRATED);
+    // A NaN shows nothing.
+    if log_bayes_factor > POSITIVE {
+        state.scale.by_data_sheet = false;
+        state.errors = widened;
+        state.correct(&settings.config);
+    }
 }

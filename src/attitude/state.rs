@@ -27,6 +27,8 @@ pub(super) struct GyroScale {
     pub errors: Matrix3<f32>,
     /// True while the prior of D is a data sheet's.
     pub by_data_sheet: bool,
+    /// Time since that prior was compared with a wider one, seconds.
+    pub uncompared_s: f32,
     /// True under an identified gyro model, whose deviations are known.
     pub is_identified: bool,
 }
@@ -36,6 +38,7 @@ impl GyroScale {
     pub const ZERO: Self = Self {
         errors: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         by_data_sheet: false,
+        uncompared_s: 0.0,
         is_identified: false,
     };
 }

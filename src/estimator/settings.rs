@@ -8,6 +8,7 @@ use super::{
 use crate::{
     compensation::GyroModel,
     config::{Config, Motion},
+    rotation::sine_and_cosine,
 };
 
 /// Least noise of a gyro, rad/s/rtHz: none is better than 2e-4 deg per root hour.
@@ -168,7 +169,7 @@ impl Reference {
     fn new(config: &Config) -> Option<Self> {
         let (norm_ut, dip_rad) = (config.earth.magnetic_field_ut?, config.earth.dip_rad?);
         let errors = &config.survey.errors;
-        let (dip_sine, dip_cosine) = libm::sincosf(dip_rad);
+        let (dip_sine, dip_cosine) = sine_and_cosine(dip_rad);
         // At the poles of the dip the sine does not change in the first order.
         let second = 0.5 * errors.dip_rad * errors.dip_rad;
         Some(Self {
@@ -202,40 +203,30 @@ impl Settings {
         let id = &config.identification;
         let drilling = id.motion == Motion::DrillString;
         let mut sigma = [0.0; GLOBALS];
-        let mut put = |from: usize, widths: &[f32]| {
-            for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
-                *slot = *width;
-            }
-        };
         let errors = &id.vector_errors;
-        put(MAG_LAG.from, &[errors.mag_lag_s]);
-        put(ACCEL_LAG.from, &[errors.accel_lag_s]);
+        put(&mut sigma, MAG_LAG.from, &[errors.mag_lag_s]);
+        put(&mut sigma, ACCEL_LAG.from, &[errors.accel_lag_s]);
         let widths = if drilling { Widths::DRILL_STRING } else { Widths::HAND };
         // By hand the filter's widths are three to four times the data sheets'; they are narrowed when the posterior is
         // asked for.
         let [of_shape, of_iron, of_accel, of_turn, of_bias] = widths.sheet;
-        put(MAG_SHAPE.from, &[errors.mag_matrix / of_shape; MAG_SHAPE.count]);
-        put(MAG_TURN.from, &[errors.mag_matrix / of_turn; MAG_TURN.count]);
-        put(HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
+        put(&mut sigma, MAG_SHAPE.from, &[errors.mag_matrix / of_shape; MAG_SHAPE.count]);
+        put(&mut sigma, MAG_TURN.from, &[errors.mag_matrix / of_turn; MAG_TURN.count]);
+        put(&mut sigma, HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
         // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which
         // the matrix holds.
         let accel_matrix = [errors.accel_matrix / of_accel; ACCEL_MATRIX.count];
-        put(ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
+        put(&mut sigma, ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
         if drilling {
-            put(ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
+            put(&mut sigma, ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
         }
         if id.vectors_from_reference {
             // Vectors from a reference have no errors of their own. A delay that both have is the effect `gyro_lag`.
             sigma = [0.0; GLOBALS];
         }
-        let mut put = |from: usize, widths: &[f32]| {
-            for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
-                *slot = *width;
-            }
-        };
-        put(BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
+        put(&mut sigma, BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
         let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
-        put(P.from, &[on, off, off, off, on, off, off, off, on]);
+        put(&mut sigma, P.from, &[on, off, off, off, on, off, off, off, on]);
         let mut noise = if drilling { Noise::DRILL_STRING } else { Noise::HAND };
         let gyro = config.attitude.gyro_noise_rad_s_rthz;
         let gyro = if gyro > LEAST_GYRO_NOISE { gyro } else { LEAST_GYRO_NOISE };
@@ -259,5 +250,12 @@ impl Settings {
             rules: if drilling { Rules::DRILL_STRING } else { Rules::HAND },
             reference: if noise.field_is_even && !id.vectors_from_reference { Reference::new(config) } else { None },
         }
+    }
+}
+
+/// Puts the widths of neighbouring columns.
+fn put(sigma: &mut [f32; GLOBALS], from: usize, widths: &[f32]) {
+    for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
+        *slot = *width;
     }
 }

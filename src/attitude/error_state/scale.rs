@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Covariance of the errors D, where the true rate is (1 + D) times the compensated one, with the other states and with
 /// each other, and the correction collected since it was last taken.
+#[derive(Clone, Copy)]
 pub(super) struct ScaleErrors {
     /// False while the scale's error is white noise instead.
     is_estimated: bool,
@@ -66,20 +67,26 @@ impl ScaleErrors {
         )
     }
 
+    /// Variance of one of the errors.
+    pub(super) fn variance(&self, element: usize) -> f32 {
+        let (_, own) = self.own_column(element);
+        own.get(element).copied().unwrap_or(0.0)
+    }
+
     /// Correction collected for one of the errors.
     pub(super) fn correction(&self, element: usize) -> f32 {
         self.correction.get(element).copied().unwrap_or(0.0)
     }
 
     /// Predicts over a step whose other states have been predicted: phi' = C D w, and the velocity that follows from
-    /// this. Each error walks by the variance `walk`.
+    /// this. Each error walks by a variance, up to the variance from which on it walks no more.
     pub(super) fn predict(
         &mut self,
         covariance: &mut [[f32; STATES]; STATES],
         rotation_time: &Matrix3<f32>,
         gravity_time: f32,
         rate: &Vector3<f32>,
-        walk: f32,
+        [walk, most]: [f32; 2],
     ) {
         let g = gravity_time;
         // Covariance of the attitude's turn with a state, from the state's row of covariances with the errors.
@@ -106,7 +113,7 @@ impl ScaleErrors {
             self.cross[VELOCITY + 1][k] += g * turn.x;
         }
         for k in 0..SCALES {
-            self.own[k][k] += walk;
+            self.own[k][k] += if self.own[k][k] < most { walk } else { 0.0 };
         }
         // Part that the turn adds to a state's error.
         let added = |turn: &Vector3<f32>, state: usize| match state {

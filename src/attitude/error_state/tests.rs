@@ -3,6 +3,8 @@
 use super::*;
 use crate::rotation::exp_matrix;
 use nalgebra::SMatrix;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 
 type Dense = SMatrix<f64, STATES, STATES>;
 
@@ -24,7 +26,7 @@ fn noise() -> ProcessNoise {
         bias: 1e-9,
         bounded_bias: [0.0; 2],
         velocity: 1e-5,
-        scale: 1e-8,
+        bounded_scale: [1e-8, 1.0],
     }
 }
 
@@ -203,4 +205,82 @@ fn an_observation_that_is_taken_out_leaves_what_was_before() {
     assert!((whole(&e) - before).norm() < 1e-4 * before.norm());
     let (attitude, .., scale) = e.take_correction();
     assert!(attitude.norm() < 1e-5 && scale.norm() < 1e-5, "{attitude} {scale}");
+}
+
+/// Mean of the scale's errors, row-major, and log likelihood of random observations of the attitude while the probe
+/// turns, from a prior with these deviations.
+fn observed(e: &mut ErrorState, deviations: &[f32; SCALES], seed: u64) -> (SMatrix<f32, 9, 1>, f64) {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
+    let mut random = || generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+    *e = ErrorState::new();
+    (0..STATES).for_each(|state| e.reset(state, 1e-4));
+    e.estimate_scale(deviations);
+    let (mut mean, mut log_likelihood) = (SMatrix::<f64, 17, 1>::zeros(), 0.0);
+    for i in 0..60_u8 {
+        let c = exp_matrix(&Vector3::new(0.1 * f32::from(i), random(), random())) * 0.05;
+        let rate = Vector3::new(random(), random(), random()) * 8.0;
+        e.predict(&c, 0.0, &rate, &ProcessNoise { bounded_scale: [0.0; 2], ..noise() });
+        // The mean goes the same way: phi' = C (D w - db).
+        let d = Matrix3::from_fn(|r, k| mean[STATES + 3 * r + k] as f32);
+        let bias = Vector3::from_fn(|k, _| mean[BIAS + k] as f32);
+        let turn = c * (d * rate - bias);
+        (0..3).for_each(|k| mean[k] += f64::from(turn[k]));
+        for state in 0..3 {
+            let (seen, variance) = (0.1 * random(), 1e-4);
+            let expected = f64::from(e.variance(state) + variance);
+            let innovation = f64::from(seen) - mean[state];
+            log_likelihood -= 0.5 * (innovation * innovation / expected + expected.ln());
+            e.update(state, innovation as f32, variance, Gain::Every);
+            let correction = (e.correction, e.scale.take_correction());
+            (0..STATES).for_each(|k| mean[k] += f64::from(correction.0[k]));
+            (0..SCALES).for_each(|k| mean[STATES + k] += f64::from(correction.1[(k / 3, k % 3)]));
+            e.correction = [0.0; STATES];
+        }
+    }
+    (SMatrix::from_fn(|k, _| mean[STATES + k] as f32), log_likelihood)
+}
+
+#[test]
+fn a_prior_that_is_widened_is_as_if_it_had_been_wide_from_the_start_and_tells_how_much_more_probable_it_is() {
+    let (sigma, wide) = (0.02_f32, [0.06_f32, 0.03]);
+    let widths = core::array::from_fn(|k| if k % 4 == 0 { wide[0] } else { wide[1] });
+    let (mut more_probable, mut less_probable) = (0, 0);
+    for seed in 0..20 {
+        let (mut narrow, mut expected) = (started(), started());
+        let (mean, likelihood) = observed(&mut narrow, &[sigma; SCALES], seed);
+        let (wide_mean, wide_likelihood) = observed(&mut expected, &widths, seed);
+        let found = narrow.widen_scale(&Matrix3::from_row_slice(mean.as_slice()), sigma, wide);
+        let gained = wide_likelihood - likelihood;
+        assert!((f64::from(found) - gained).abs() < 0.05 + 0.01 * gained.abs(), "{found} {gained}");
+        assert!((whole(&narrow) - whole(&expected)).norm() < 1e-2 * whole(&expected).norm());
+        let correction = narrow.scale.take_correction().transpose();
+        let off = mean + SMatrix::<f32, 9, 1>::from_column_slice(correction.as_slice()) - wide_mean;
+        assert!(off.norm() < 0.01 * wide_mean.norm(), "{off} {wide_mean}");
+        (more_probable, less_probable) =
+            (more_probable + i32::from(found > 0.5), less_probable + i32::from(found < -0.5));
+    }
+    assert!(more_probable > 0 || less_probable > 0);
+}
+
+#[test]
+fn a_prior_that_is_no_wider_changes_nothing() {
+    let mut e = with_scale();
+    turned(&mut e, 1);
+    let before = whole(&e);
+    assert_eq!(e.widen_scale(&Matrix3::identity(), 0.06, [0.06, 0.03]), 0.0);
+    assert_eq!(whole(&e), before);
+}
+
+#[test]
+fn the_scales_errors_walk_no_further_than_what_the_data_sheet_allows() {
+    let mut e = with_scale();
+    let noise = ProcessNoise { bounded_scale: [1e-6, 1e-3], ..noise() };
+    for _ in 0..5_000 {
+        e.predict(&(Matrix3::identity() * 0.02), 0.0, &Vector3::zeros(), &noise);
+    }
+    // Factors that were less certain from the start stay as they were.
+    for (k, before) in [(0, 0.03_f32), (1, 0.01), (4, 0.02), (8, 0.04)] {
+        let expected = if before * before > 1e-3 { before * before } else { 1e-3 };
+        assert!((e.scale.variance(k) - expected).abs() < 2e-6, "{k}: {}", e.scale.variance(k));
+    }
 }

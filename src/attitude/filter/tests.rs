@@ -5,6 +5,8 @@ use crate::{
     Config,
     rotation::{exp_matrix, matrix},
 };
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 
 const GRAVITY_M_S2: f32 = 9.806_65;
 
@@ -109,8 +111,8 @@ fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told(
     }
 }
 
-/// Error of the attitude after 20 s by hand with this gyro, rad.
-fn carried(scale: &Matrix3<f32>, motion: config::Motion) -> f32 {
+/// Flies 20 s by hand with this gyro after a rest. Returns the filter, and the true attitude.
+fn turned_by_hand(scale: &Matrix3<f32>, motion: config::Motion) -> (AttitudeFilter, Quaternion<f32>) {
     let config = Config::default();
     let mut filter = AttitudeFilter::new();
     filter.start(&config.attitude, &config.earth, motion);
@@ -125,6 +127,12 @@ fn carried(scale: &Matrix3<f32>, motion: config::Motion) -> f32 {
         let force = rotate_back(&truth, &Vector3::new(0.0, 0.0, -GRAVITY_M_S2));
         filter.observe(Some(&force), Some(&rotate_back(&truth, &Vector3::new(20.0, 0.0, 44.0))));
     }
+    (filter, truth)
+}
+
+/// Error of the attitude after 20 s by hand with this gyro, rad.
+fn carried(scale: &Matrix3<f32>, motion: config::Motion) -> f32 {
+    let (filter, truth) = turned_by_hand(scale, motion);
     (matrix(&filter.state.propagation.q) - matrix(&truth)).norm() / libm::sqrtf(2.0)
 }
 
@@ -134,6 +142,20 @@ fn a_gyro_that_is_off_is_found_by_hand_within_seconds() {
     let [perfect, found] = [Matrix3::identity(), off].map(|scale| carried(&scale, config::Motion::Hand));
     let as_noise = carried(&off, config::Motion::DrillString);
     assert!(perfect < 0.01 && found < 0.05 && found < 0.25 * as_noise, "{perfect} {found} {as_noise}");
+}
+
+#[test]
+fn a_gyro_is_taken_for_uncalibrated_where_it_is_and_not_within_its_data_sheet() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(5);
+    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
+    // Largest error of a factor and of a coupling; the second are a uniform data sheet's of 1 and 0.5 %.
+    for (factor, coupling, is_uncalibrated) in [(0.1, 0.05, true), (0.01, 0.005, false)] {
+        for _ in 0..20 {
+            let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(factor) } else { within(coupling) });
+            let (filter, _) = turned_by_hand(&scale, config::Motion::Hand);
+            assert_eq!(filter.state.scale.by_data_sheet, !is_uncalibrated, "{scale}");
+        }
+    }
 }
 
 #[test]
