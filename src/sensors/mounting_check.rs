@@ -18,9 +18,10 @@ const DRILLING_RAD_S: core::ops::Range<f32> = 3.0..35.0;
 /// tool that rotates at the slower of the rates above with 0.07 of its gravity across the axis goes so far; biases, and
 /// what an accelerometer off the axis feels, are smaller.
 const MOVED: f32 = 0.1;
-/// Largest distance of a factor from that of a right mounting: half of the way to zero, which another axis gives.
-const NEAR: f32 = 0.5;
-/// Largest deviation of a factor that is judged, of its size where that is above one: half of [`NEAR`].
+/// Largest distance of a factor from that of a right mounting. A gyro that reads twice the rate gives a factor of 0.5; one
+/// of a data sheet errs by 0.1 at most, and what is not known of a factor is below [`KNOWN`].
+const NEAR: f32 = 0.4;
+/// Largest deviation of a factor that is judged, of its size where that is above one.
 const KNOWN: f32 = 0.25;
 /// Largest part of a vector's motion that turns may leave unexplained. What a hand's acceleration, a magnet or iron on
 /// the probe adds to the readings stands on both sides of the fit and draws the factors towards zero, by about its part.

@@ -81,6 +81,11 @@ fn turns_about_all_axes_agree_where_all_is_well_and_name_what_is_wrong() {
         assert_eq!(wrong(|sample| sample.mag_ut[0] *= -1.0), TurnFlags::Y_BY_MAG | TurnFlags::Z_BY_MAG, "seed {seed}");
         assert_eq!(wrong(|sample| sample.gyro_rad_s.swap(0, 2)), x | z, "seed {seed}");
         assert_eq!(wrong(|sample| sample.mag_ut.swap(0, 1)), (x | y | z) & BY_MAG, "seed {seed}");
+        // A full scale that is wrong by two, on a probe that takes twice the time for the same turns and on this one.
+        assert_eq!(wrong(|sample| sample.t_us *= 2), EVERY, "seed {seed}");
+        assert_eq!(wrong(|sample| sample.gyro_rad_s = sample.gyro_rad_s.map(|x| 0.5 * x)), EVERY, "seed {seed}");
+        let tenth = wrong(|sample| sample.gyro_rad_s = sample.gyro_rad_s.map(|x| 1.1 * x));
+        assert_eq!(tenth, TurnFlags::empty(), "seed {seed}");
         // In degrees a second.
         let degrees = with(&samples, |sample| sample.gyro_rad_s = sample.gyro_rad_s.map(f32::to_degrees));
         assert_eq!(degrees.wrong(), EVERY, "seed {seed}");
