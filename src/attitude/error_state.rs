@@ -241,6 +241,12 @@ impl ErrorState {
         self.scale = ScaleErrors::new(deviations);
     }
 
+    /// Sum of the variances of the scale's three errors by which a rate about one axis is wrong; 0 where they are not
+    /// estimated.
+    pub(crate) fn scale_variance_of_axis(&self, axis: usize) -> f32 {
+        self.scale.variance(axis) + self.scale.variance(axis + 3) + self.scale.variance(axis + 6)
+    }
+
     /// Updates by a direct observation of one of the scale's errors. A negative variance takes out an observation that
     /// was made before.
     pub(crate) fn update_scale(&mut self, element: usize, innovation: f32, variance: f32) {

@@ -383,9 +383,10 @@ impl AttitudeFilter {
     }
 
     /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one takes
-    /// the difference and keeps its deviation, so that the filter alone owns the bias. With a P that differs by more
-    /// than the gyro's stated scale error the residual bias is dropped, because it was partly P's error, and the new
-    /// model's deviations (P row-major, then b, rad/s) replace the configured ones where they are smaller.
+    /// the difference and keeps its deviation, so that the filter alone owns the bias. With a P that differs from what
+    /// the filter has found of the scale by more than the gyro's stated error, and its own, the residual bias is dropped,
+    /// because it was partly P's error, and the new model's deviations (P row-major, then b, rad/s) replace the configured
+    /// ones where they are smaller.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         if !self.started {
             return;

@@ -8,7 +8,7 @@ use super::{
     state::State,
 };
 use crate::{compensation::GyroModel, config::AttitudeConfig, statistics::chi_square::IN_TWENTY};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
 const LEAST_SCALE: f32 = 1e-3;
@@ -63,11 +63,7 @@ impl SensorErrors {
         if old.p == new.p {
             return false;
         }
-        let change = new.p_matrix() - old.p_matrix();
-        let of_axes = change.column_iter().map(|column| column.norm_squared());
-        let change = of_axes.fold(0.0, |most, x| if x > most { x } else { most });
-        // A column of P has three elements.
-        let is_other = change > IN_TWENTY * self.scale_sigma * self.scale_sigma;
+        let (change, is_other) = self.surprise(state, &old.p_matrix(), &new.p_matrix());
         let white = if settings.estimates_scale() {
             let mut deviations = [0.0; SCALES];
             deviations.iter_mut().zip(sigma).for_each(|(to, sigma)| *to = between(*sigma, LEAST_SCALE, 1.0));
@@ -77,7 +73,7 @@ impl SensorErrors {
             config.gyro_scale_sigma
         };
         if !is_other {
-            // The change of P is within the gyro's stated scale error: the former model was not wrong.
+            // P changes as the filter expected: the former model was not wrong by more than that.
             return false;
         }
         state.bias_rad_s = Vector3::zeros();
@@ -91,6 +87,24 @@ impl SensorErrors {
             state.errors.reset(BIAS + k, sigma * sigma);
         }
         true
+    }
+}
+
+impl SensorErrors {
+    /// Largest square of a column by which P differs from the former one with the scale's errors that the filter has
+    /// found, and whether it is improbable by the gyro's stated scale error and by the filter's own deviations.
+    fn surprise(&self, state: &State, old: &Matrix3<f32>, new: &Matrix3<f32>) -> (f32, bool) {
+        let difference = new - (Matrix3::identity() + state.scale.errors) * old;
+        let stated = self.scale_sigma * self.scale_sigma;
+        let (mut most, mut is_other) = (0.0, false);
+        for (axis, column) in difference.column_iter().enumerate() {
+            let square = column.norm_squared();
+            // A column of P has three elements.
+            let found = state.errors.scale_variance_of_axis(axis) / 3.0;
+            is_other |= square > IN_TWENTY * if found > stated { found } else { stated };
+            most = if square > most { square } else { most };
+        }
+        (most, is_other)
     }
 }
 

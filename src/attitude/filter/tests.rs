@@ -159,6 +159,24 @@ fn a_gyro_is_taken_for_uncalibrated_where_it_is_and_not_within_its_data_sheet() 
 }
 
 #[test]
+fn a_model_that_says_what_the_filter_has_found_changes_no_attitude_and_another_one_is_a_doubt() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(11);
+    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
+    for _ in 0..10 {
+        let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(0.1) } else { within(0.05) });
+        let p = scale.try_inverse().unwrap();
+        for (p, is_other) in [(p, false), (p + Matrix3::from_element(0.08), true)] {
+            let (mut filter, _) = turned_by_hand(&scale, config::Motion::Hand);
+            let before = filter.state.errors.variance(HEADING);
+            let new = GyroModel { p: p.transpose().into(), ..GyroModel::IDENTITY };
+            filter.model_changed(&GyroModel::IDENTITY, &new, &[0.005; 12]);
+            let is_reset = filter.state.errors.variance(HEADING) > before;
+            assert_eq!((filter.is_doubted(), is_reset), (is_other, is_other), "{scale}");
+        }
+    }
+}
+
+#[test]
 fn a_gyro_that_lies_while_the_tool_slides_is_in_doubt_by_what_gravity_shows() {
     // Axis, and the rate that is not there.
     for (axis, rate_rad_s) in [(0, 0.02_f32), (0, -0.05), (1, 0.01), (1, -0.03)] {
