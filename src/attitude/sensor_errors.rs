@@ -88,17 +88,18 @@ impl SensorErrors {
         }
         true
     }
-}
 
-impl SensorErrors {
-    /// Largest square of a column by which P differs from the former one with the scale's errors that the filter has
-    /// found, and whether it is improbable by the gyro's stated scale error and by the filter's own deviations.
+    /// Largest square by which a column of P differs from the former one, and from that one with the scale's errors that
+    /// the filter has found: the smaller of both. Whether it is improbable by the gyro's stated scale error and by the
+    /// filter's own deviations.
     fn surprise(&self, state: &State, old: &Matrix3<f32>, new: &Matrix3<f32>) -> (f32, bool) {
-        let difference = new - (Matrix3::identity() + state.scale.errors) * old;
+        let change = new - old;
+        let unexpected = change - state.scale.errors * old;
         let stated = self.scale_sigma * self.scale_sigma;
         let (mut most, mut is_other) = (0.0, false);
-        for (axis, column) in difference.column_iter().enumerate() {
-            let square = column.norm_squared();
+        for (axis, (one, other)) in change.column_iter().zip(unexpected.column_iter()).enumerate() {
+            let (one, other) = (one.norm_squared(), other.norm_squared());
+            let square = if other < one { other } else { one };
             // A column of P has three elements.
             let found = state.errors.scale_variance_of_axis(axis) / 3.0;
             is_other |= square > IN_TWENTY * if found > stated { found } else { stated };
