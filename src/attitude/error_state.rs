@@ -59,8 +59,8 @@ pub(crate) struct ProcessNoise {
     pub(crate) bounded_bias: [f32; 2],
     /// Each horizontal velocity, (m/s)^2.
     pub(crate) velocity: f32,
-    /// Each error of the gyro's scale, dimensionless, where these errors are states: as `bounded_bias`.
-    pub(crate) bounded_scale: [f32; 2],
+    /// Each error of the gyro's scale, dimensionless, where these errors are states.
+    pub(crate) scale: f32,
 }
 
 /// Error-state Kalman filter: the covariance, and the correction collected by updates since
@@ -148,7 +148,7 @@ impl ErrorState {
     ) {
         self.predict_base(rotation_time, gravity_time, noise);
         if self.scale.is_estimated() {
-            self.scale.predict(&mut self.covariance, rotation_time, gravity_time, rate, noise.bounded_scale);
+            self.scale.predict(&mut self.covariance, rotation_time, gravity_time, rate, noise.scale);
         }
     }
 
@@ -257,8 +257,9 @@ impl ErrorState {
     }
 
     /// Replaces the prior of the scale's errors, of deviation `sigma` about zero, by wider ones of factors and couplings,
-    /// as if they had held from the start. `errors` are those before the collected correction. Returns the log Bayes
-    /// factor of the wider ones.
+    /// as if they had held from the start; the errors must not have walked since. `errors` are those before the collected
+    /// correction. Returns the log Bayes factor of the wider ones; NaN if an error is less certain than by its prior, to
+    /// f32's precision.
     ///
     /// An error x of variance v becomes by a deviation w in place of s more probable by the factor
     /// `s/w (1 - a v)^(-1/2) exp(a x^2 / 2 (1 - a v))`, where a = 1/s^2 - 1/w^2; the elements are widened one by one.
@@ -273,6 +274,11 @@ impl ErrorState {
             let a = 1.0 / (sigma * sigma) - 1.0 / (wide * wide);
             let before = errors[(row, column)];
             let (x, left) = (before + self.scale.correction(k), 1.0 - a * self.scale.variance(k));
+            // As much is left of an error that was never observed.
+            let unobserved = (sigma / wide) * (sigma / wide);
+            if left.is_nan() || left <= 0.5 * unobserved {
+                return f32::NAN;
+            }
             log_bayes_factor += libm::logf(sigma / wide) + 0.5 * (a * x * x / left - libm::logf(left));
             // A negative variance takes out what the narrower prior says beyond the wider one.
             self.update_scale(k, -before, -1.0 / a);

@@ -328,6 +328,10 @@ impl AttitudeFilter {
 
         let (step_s, scale) = (self.sample.step_s, sensors.scale_sigma);
         let mut noise = motion.process_noise(&step, force.is_some(), step_s, scale, settings);
+        if state.scale.by_data_sheet {
+            // Constants, while two priors of them are compared: after a walk an old estimate would look like a new one.
+            noise.scale = 0.0;
+        }
         // Scale and coupling errors act on a sustained rotation as a bias does.
         noise.bias += scale * scale * motion.sustained.update(&step);
         noise.attitude += Matrix3::from_diagonal_element(agreement.process_noise(step.time_s));

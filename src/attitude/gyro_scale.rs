@@ -10,9 +10,9 @@ use super::{
 /// Deviations of an uncalibrated gyro: scale factors, couplings (`IdentificationConfig::prior_sigma_diagonal` and
 /// `prior_sigma_off_diagonal`, defaults).
 const UNCALIBRATED: [f32; 2] = [0.06, 0.03];
-/// Log Bayes factor from which on an uncalibrated gyro's prior takes the place of the data sheet's: positive evidence
-/// (Kass and Raftery, Journal of the American Statistical Association 90, 1995).
-const POSITIVE: f32 = 1.0;
+/// Log Bayes factor from which on an uncalibrated gyro's prior takes the place of the data sheet's: a factor of twenty,
+/// which a gyro of that data sheet reaches once in twenty at most, however often it is asked (Ville's inequality).
+const CONTRADICTED: f32 = 3.0;
 /// Time between two comparisons of the priors, seconds.
 const COMPARED_EVERY_S: f32 = 0.5;
 
@@ -38,6 +38,8 @@ pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
 
 /// Replaces the data sheet's prior by that of an uncalibrated gyro once that is more probable. Earlier observations
 /// count as if the wider prior had held from the start.
+// The copy of the covariance would lie on the stack of the whole step.
+#[inline(never)]
 pub(super) fn compare_priors(state: &mut State, time_s: f32, settings: &Settings) {
     if !state.scale.by_data_sheet {
         return;
@@ -51,7 +53,7 @@ pub(super) fn compare_priors(state: &mut State, time_s: f32, settings: &Settings
     let sigma = constant_part(settings.config.gyro_scale_sigma);
     let log_bayes_factor = widened.widen_scale(&state.scale.errors, sigma, UNCALIBRATED);
     // A NaN shows nothing.
-    if log_bayes_factor > POSITIVE {
+    if log_bayes_factor > CONTRADICTED && widened.is_sound() {
         state.scale.by_data_sheet = false;
         state.errors = widened;
         state.correct(&settings.config);

@@ -3,7 +3,6 @@
 use super::{
     error_state::ProcessNoise,
     filter_step::FilterStep,
-    gyro_scale,
     rest::RestTracker,
     settings::Settings,
     shaking::{Shaking, UNSEEN_FORCE_DENSITY},
@@ -92,13 +91,12 @@ impl Motion {
         let tilted_rad =
             if goes_round { 0.0 } else { libm::sqrtf(rate_ned.x * rate_ned.x + rate_ned.y * rate_ned.y) * step.time_s };
         let most = G_SENSITIVITY_RAD_S * G_SENSITIVITY_RAD_S;
-        let most_scale = gyro_scale::constant_part(config.gyro_scale_sigma);
         ProcessNoise {
             attitude: along + rate * rate.transpose() * going_on + white,
             bias: config.gyro_bias_walk_rad_s_rts * config.gyro_bias_walk_rad_s_rts * step.time_s,
             bounded_bias: [most * tilted_rad, most],
             velocity: density * step.time_s,
-            bounded_scale: [SCALE_WALK_RTS * SCALE_WALK_RTS * step.time_s, most_scale * most_scale],
+            scale: SCALE_WALK_RTS * SCALE_WALK_RTS * step.time_s,
         }
     }
 }

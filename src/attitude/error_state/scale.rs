@@ -79,14 +79,14 @@ impl ScaleErrors {
     }
 
     /// Predicts over a step whose other states have been predicted: phi' = C D w, and the velocity that follows from
-    /// this. Each error walks by a variance, up to the variance from which on it walks no more.
+    /// this. Each error walks by the variance `walk`.
     pub(super) fn predict(
         &mut self,
         covariance: &mut [[f32; STATES]; STATES],
         rotation_time: &Matrix3<f32>,
         gravity_time: f32,
         rate: &Vector3<f32>,
-        [walk, most]: [f32; 2],
+        walk: f32,
     ) {
         let g = gravity_time;
         // Covariance of the attitude's turn with a state, from the state's row of covariances with the errors.
@@ -113,7 +113,7 @@ impl ScaleErrors {
             self.cross[VELOCITY + 1][k] += g * turn.x;
         }
         for k in 0..SCALES {
-            self.own[k][k] += if self.own[k][k] < most { walk } else { 0.0 };
+            self.own[k][k] += walk;
         }
         // Part that the turn adds to a state's error.
         let added = |turn: &Vector3<f32>, state: usize| match state {

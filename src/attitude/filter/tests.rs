@@ -159,6 +159,28 @@ fn a_gyro_is_taken_for_uncalibrated_where_it_is_and_not_within_its_data_sheet() 
 }
 
 #[test]
+fn a_gyro_within_its_data_sheet_is_not_taken_for_uncalibrated_by_a_long_rest() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(7);
+    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
+    for _ in 0..10 {
+        let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(0.015) } else { within(0.01) });
+        let (mut filter, truth) = turned_by_hand(&scale, config::Motion::Hand);
+        let found = filter.state.scale.errors;
+        let force = rotate_back(&truth, &Vector3::new(0.0, 0.0, -GRAVITY_M_S2));
+        let field = rotate_back(&truth, &Vector3::new(20.0, 0.0, 44.0));
+        // Two hours, ten samples a second.
+        for _ in 0..72_000 {
+            filter.propagate(0.1, &Vector3::zeros());
+            filter.observe(Some(&force), Some(&field));
+        }
+        assert!(filter.state.scale.by_data_sheet, "{scale}");
+        let change = (filter.state.scale.errors - found).norm();
+        // A third of what the data sheet allows: gravity and field still average.
+        assert!(change < 0.005, "{scale}: {change}");
+    }
+}
+
+#[test]
 fn a_model_that_says_what_the_filter_has_found_changes_no_attitude_and_another_one_is_a_doubt() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(11);
     let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
