@@ -175,7 +175,7 @@ fn a_gyro_within_its_data_sheet_is_not_taken_for_uncalibrated_by_a_long_rest() {
         }
         assert!(filter.state.scale.by_data_sheet, "{scale}");
         let change = (filter.state.scale.errors - found).norm();
-        // A third of what the data sheet allows: gravity and field still average.
+        // Half of what the data sheet allows: gravity and field still average.
         assert!(change < 0.005, "{scale}: {change}");
     }
 }
