@@ -36,8 +36,8 @@ pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
     state.scale = GyroScale { is_identified: true, ..GyroScale::ZERO };
 }
 
-/// Replaces the data sheet's prior by that of an uncalibrated gyro once that is more probable. Earlier observations
-/// count as if the wider prior had held from the start.
+/// Replaces the data sheet's prior by that of an uncalibrated gyro once that is twenty times as
+/// probable. Earlier observations count as if the wider prior had held from the start.
 // The copy of the covariance would lie on the stack of the whole step.
 #[inline(never)]
 pub(super) fn compare_priors(state: &mut State, time_s: f32, settings: &Settings) {

@@ -111,6 +111,12 @@ fn a_string_that_begins_to_turn_takes_the_heading_along_by_no_more_than_is_told(
     }
 }
 
+/// Scale of a gyro whose factors and couplings err by no more than this, uniform.
+fn scale_within(generator: &mut Xoshiro128PlusPlus, factor: f32, coupling: f32) -> Matrix3<f32> {
+    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
+    Matrix3::from_fn(|r, c| if r == c { 1.0 + within(factor) } else { within(coupling) })
+}
+
 /// Flies 20 s by hand with this gyro after a rest. Returns the filter, and the true attitude.
 fn turned_by_hand(scale: &Matrix3<f32>, motion: config::Motion) -> (AttitudeFilter, Quaternion<f32>) {
     let config = Config::default();
@@ -147,11 +153,10 @@ fn a_gyro_that_is_off_is_found_by_hand_within_seconds() {
 #[test]
 fn a_gyro_is_taken_for_uncalibrated_where_it_is_and_not_within_its_data_sheet() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(5);
-    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
     // Largest error of a factor and of a coupling; the second are a uniform data sheet's of 1 and 0.5 %.
     for (factor, coupling, is_uncalibrated) in [(0.1, 0.05, true), (0.01, 0.005, false)] {
         for _ in 0..20 {
-            let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(factor) } else { within(coupling) });
+            let scale = scale_within(&mut generator, factor, coupling);
             let (filter, _) = turned_by_hand(&scale, config::Motion::Hand);
             assert_eq!(filter.state.scale.by_data_sheet, !is_uncalibrated, "{scale}");
         }
@@ -161,9 +166,8 @@ fn a_gyro_is_taken_for_uncalibrated_where_it_is_and_not_within_its_data_sheet() 
 #[test]
 fn a_gyro_within_its_data_sheet_is_not_taken_for_uncalibrated_by_a_long_rest() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(7);
-    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
     for _ in 0..10 {
-        let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(0.015) } else { within(0.01) });
+        let scale = scale_within(&mut generator, 0.015, 0.01);
         let (mut filter, truth) = turned_by_hand(&scale, config::Motion::Hand);
         let found = filter.state.scale.errors;
         let force = rotate_back(&truth, &Vector3::new(0.0, 0.0, -GRAVITY_M_S2));
@@ -183,9 +187,8 @@ fn a_gyro_within_its_data_sheet_is_not_taken_for_uncalibrated_by_a_long_rest() {
 #[test]
 fn a_model_that_says_what_the_filter_has_found_changes_no_attitude_and_another_one_is_a_doubt() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(11);
-    let mut within = |bound: f32| (generator.next_u32() as f32 / u32::MAX as f32 - 0.5) * 2.0 * bound;
     for _ in 0..10 {
-        let scale = Matrix3::from_fn(|r, c| if r == c { 1.0 + within(0.1) } else { within(0.05) });
+        let scale = scale_within(&mut generator, 0.1, 0.05);
         let p = scale.try_inverse().unwrap();
         for (p, is_other) in [(p, false), (p + Matrix3::from_element(0.08), true)] {
             let (mut filter, _) = turned_by_hand(&scale, config::Motion::Hand);
