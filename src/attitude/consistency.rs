@@ -3,10 +3,9 @@
 use crate::change::TURNING_RAD_S;
 use nalgebra::{Matrix3, Vector3};
 
-/// Correlation time of the innovations, seconds: a turn by a radian at the slowest rate that counts as turning. A mean
-/// that is exceeded grows within this time.
+/// Correlation time of the innovations, seconds: a turn by a radian at the slowest rate that counts as turning.
 const CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
-/// Time constant of a falling mean, seconds: ten independent innovations.
+/// Time constant of the means, seconds: ten independent innovations.
 const MEMORY_S: f32 = 10.0 * CORRELATION_S;
 /// Least ratio that is stated: ten independent innovations cannot show one below a tenth.
 const LEAST: f32 = CORRELATION_S / MEMORY_S;
@@ -17,15 +16,17 @@ const LEAST: f32 = CORRELATION_S / MEMORY_S;
 pub(super) struct Consistency {
     tilt: f32,
     heading: f32,
+    /// That of the heading while the probe turns, which alone shows an error of the field that is constant in the probe.
+    turning: f32,
 }
 
 impl Consistency {
     /// All zero, for a static.
-    pub const ZERO: Self = Self { tilt: 0.0, heading: 0.0 };
+    pub const ZERO: Self = Self { tilt: 0.0, heading: 0.0, turning: 0.0 };
 
     /// Means of one: innovations as large as expected.
     pub const fn new() -> Self {
-        Self { tilt: 1.0, heading: 1.0 }
+        Self { tilt: 1.0, heading: 1.0, turning: 1.0 }
     }
 
     /// Takes the innovation of one of the two velocities at the end of a step: its square over its expected variance.
@@ -33,26 +34,34 @@ impl Consistency {
         note(&mut self.tilt, ratio, 0.5 * time_s);
     }
 
-    /// Takes the innovation of the field's heading: its square over its expected variance.
-    pub fn note_heading(&mut self, ratio: f32, time_s: f32) {
+    /// Takes the innovation of the field's heading: its square over its expected variance, and the square of the rate
+    /// at which the probe turns, (rad/s)^2.
+    pub fn note_heading(&mut self, ratio: f32, squared_rate: f32, time_s: f32) {
         note(&mut self.heading, ratio, time_s);
+        if squared_rate > TURNING_RAD_S * TURNING_RAD_S {
+            note(&mut self.turning, ratio, time_s);
+        }
     }
 
-    /// Scales the expected covariance of the attitude error (NED, rad^2) by the means. It never grows: innovations
-    /// beyond their expectation are left to gates.
-    pub fn stated(&self, covariance: &Matrix3<f32>) -> Matrix3<f32> {
+    /// Scales the expected covariance of the attitude error (NED, rad^2) by the means, and adds the variance of the
+    /// heading that averaging does not reduce (rad^2). Half of that is taken to come from the probe, which shows while it
+    /// turns, and half from the place, which does not show. Neither grows: innovations beyond their expectation are left to
+    /// gates.
+    pub fn stated(&self, covariance: &Matrix3<f32>, constant: f32) -> Matrix3<f32> {
         let (tilt, heading) = (deviation(self.tilt), deviation(self.heading));
         let by = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, heading));
-        by * covariance * by
+        let mut stated = by * covariance * by;
+        let turning = deviation(self.turning);
+        stated.m33 += 0.5 * constant * (1.0 + turning * turning);
+        stated
     }
 }
 
-/// Moves a mean: up within seconds, down slowly.
+/// Moves a mean, up as slowly as down, so that it is that of the innovations.
 fn note(mean: &mut f32, ratio: f32, time_s: f32) {
     // A ratio beyond one counts as one, and so does a NaN.
     let ratio = if ratio < 1.0 { ratio } else { 1.0 };
-    let smoothing_s = if ratio > *mean { CORRELATION_S } else { MEMORY_S };
-    *mean += (ratio - *mean) * (time_s / (smoothing_s + time_s));
+    *mean += (ratio - *mean) * (time_s / (MEMORY_S + time_s));
 }
 
 /// Factor of the stated deviation: root of a mean.

@@ -129,10 +129,7 @@ impl AttitudeFilter {
             report: Report::new(),
             ..Self::new()
         };
-        if self.settings.estimates_scale() {
-            gyro_scale::start(&mut self.state, &self.settings);
-            self.sensors.scale_sigma = gyro_scale::constant_part(config.gyro_scale_sigma);
-        }
+        self.sensors.scale_sigma = gyro_scale::start(&mut self.state, &self.settings);
     }
 
     /// Rotation of the earth in the body frame at the last sample, rad/s, to subtract from the gyro's reading.
@@ -368,7 +365,9 @@ impl AttitudeFilter {
         }
         heading.note_agreement(agreed, step.time_s);
 
-        state.correct(&settings.config);
+        if !state.correct(&settings.config) {
+            sensors.scale_sigma = gyro_scale::start(state, settings);
+        }
         gyro_scale::compare_priors(state, step.time_s, settings);
         tilt.check(state, heading, read, motion.shaking.density(), step.time_s, settings);
         state.refresh_rotation();
@@ -497,11 +496,13 @@ impl AttitudeFilter {
         let mut covariance = self.state.errors.attitude_covariance();
         // Before a gyro model is identified, its errors are larger than innovations have shown.
         if self.state.scale.is_identified {
-            covariance = self.state.consistency.stated(&covariance);
+            covariance = self.state.consistency.stated(&covariance, self.heading.constant_variance());
+        } else {
+            covariance.m33 += self.heading.constant_variance();
         }
         covariance.m11 += north;
         covariance.m22 += east;
-        covariance.m33 += self.heading.excess_variance() + turned;
+        covariance.m33 += self.heading.doubt() + turned;
         // A tilt that the force contradicts turns the heading that the field gave by the tangent of its dip.
         let (_, sine, cosine) = self.heading.reference().dip();
         if self.tilt.has_long_been_doubted() && self.heading.is_observed() && cosine > 0.0 {

@@ -23,11 +23,18 @@ pub(super) fn constant_part(gyro_scale_sigma: f32) -> f32 {
     gyro_scale_sigma * core::f32::consts::FRAC_1_SQRT_2
 }
 
-/// Starts to estimate the scale of a gyro of which no more is known than its data sheet.
-pub(super) fn start(state: &mut State, settings: &Settings) {
-    let sigma = constant_part(settings.config.gyro_scale_sigma);
-    state.errors.estimate_scale(&[sigma; SCALES]);
+/// By hand, starts to estimate the scale of a gyro of which no more is known than its data sheet. Returns the deviation
+/// of the part of the scale's error that stays noise.
+pub(super) fn start(state: &mut State, settings: &Settings) -> f32 {
+    let stated = settings.config.gyro_scale_sigma;
+    if !settings.estimates_scale() {
+        return stated;
+    }
+    let constant = constant_part(stated);
+    state.errors.estimate_scale(&[constant; SCALES]);
     state.scale = GyroScale { by_data_sheet: true, ..GyroScale::ZERO };
+    // The other half of the variance.
+    constant
 }
 
 /// Starts the scale's estimate anew under a gyro model whose P is known with these deviations.

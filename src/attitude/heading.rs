@@ -137,9 +137,14 @@ impl Heading {
         self.reference.relearn();
     }
 
-    /// Variance of the heading beyond the covariance's, rad^2.
-    pub fn excess_variance(&self) -> f32 {
-        self.floor + self.doubt
+    /// Variance of the heading that averaging does not reduce, rad^2.
+    pub const fn constant_variance(&self) -> f32 {
+        self.floor
+    }
+
+    /// Squared angle between the heading and an undisturbed field that is not used, rad^2.
+    pub const fn doubt(&self) -> f32 {
+        self.doubt
     }
 
     /// Has the next field give a heading that was known before and whose variance, rad^2, is now too large.
@@ -207,7 +212,7 @@ impl Heading {
         // and dip is taken to be as large across the field, where it is not seen.
         let steepness = norm_squared / horizontal_squared;
         let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
-        // Half of the error is constant in the probe and does not average out while the attitude stays.
+        // Half of the error is constant in the probe or in the place, and does not average out while the attitude stays.
         let floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
         // A tilt error about the field's horizontal direction turns the field's heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);
@@ -223,7 +228,7 @@ impl Heading {
         let timing = conditions.timing_variance_s2 * squared_rate;
         let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;
         let expected = state.errors.seen_heading_variance(&slope) + direction + 4.0 * (timing + hold);
-        state.consistency.note_heading(innovation * innovation / expected, step.time_s);
+        state.consistency.note_heading(innovation * innovation / expected, squared_rate, step.time_s);
         if innovation * innovation > HEADING_GATE * HEADING_GATE * expected {
             self.contradiction_s += step.time_s;
             self.doubt = innovation * innovation;

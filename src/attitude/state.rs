@@ -103,10 +103,11 @@ impl State {
         self.velocity_m_s = velocity.xy();
     }
 
-    /// Applies the corrections that updates have collected. A covariance that is not sound is reset instead,
-    /// with the velocity.
-    pub fn correct(&mut self, config: &AttitudeConfig) {
-        if self.errors.is_sound() {
+    /// Applies the corrections that updates have collected. A covariance that is not sound is reset instead, with the
+    /// velocity: then it returns false, and the scale is no longer estimated.
+    pub fn correct(&mut self, config: &AttitudeConfig) -> bool {
+        let is_sound = self.errors.is_sound();
+        if is_sound {
             let (attitude, bias, velocity, scale) = self.errors.take_correction();
             self.propagation.correct(&attitude);
             self.bias_rad_s += bias;
@@ -116,6 +117,7 @@ impl State {
             self.reset_errors(config);
             self.reset_velocity(config);
         }
+        is_sound
     }
 
     fn reset_errors(&mut self, config: &AttitudeConfig) {

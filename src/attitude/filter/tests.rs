@@ -122,7 +122,12 @@ fn turned_by_hand(scale: &Matrix3<f32>, motion: config::Motion) -> (AttitudeFilt
     let config = Config::default();
     let mut filter = AttitudeFilter::new();
     filter.start(&config.attitude, &config.earth, motion);
-    let mut truth = crate::rotation::IDENTITY;
+    let truth = turn_by_hand(&mut filter, crate::rotation::IDENTITY, scale);
+    (filter, truth)
+}
+
+/// Goes on for 30 s from a true attitude, 20 s of them by hand. Returns the true attitude.
+fn turn_by_hand(filter: &mut AttitudeFilter, mut truth: Quaternion<f32>, scale: &Matrix3<f32>) -> Quaternion<f32> {
     for k in 0..6_000_u16 {
         let t_s = f32::from(k.saturating_sub(2_000)) * 0.005;
         // Still for 10 s, then turned about all axes.
@@ -133,7 +138,7 @@ fn turned_by_hand(scale: &Matrix3<f32>, motion: config::Motion) -> (AttitudeFilt
         let force = rotate_back(&truth, &Vector3::new(0.0, 0.0, -GRAVITY_M_S2));
         filter.observe(Some(&force), Some(&rotate_back(&truth, &Vector3::new(20.0, 0.0, 44.0))));
     }
-    (filter, truth)
+    truth
 }
 
 /// Error of the attitude after 20 s by hand with this gyro, rad.
@@ -148,6 +153,19 @@ fn a_gyro_that_is_off_is_found_by_hand_within_seconds() {
     let [perfect, found] = [Matrix3::identity(), off].map(|scale| carried(&scale, config::Motion::Hand));
     let as_noise = carried(&off, config::Motion::DrillString);
     assert!(perfect < 0.01 && found < 0.05 && found < 0.25 * as_noise, "{perfect} {found} {as_noise}");
+}
+
+#[test]
+fn a_scale_is_found_again_after_a_covariance_that_is_not_sound() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+    for _ in 0..10 {
+        let scale = scale_within(&mut generator, 0.1, 0.05);
+        let (mut filter, truth) = turned_by_hand(&scale, config::Motion::Hand);
+        filter.state.errors.reset(BIAS, f32::NAN);
+        turn_by_hand(&mut filter, truth, &scale);
+        let left = ((Matrix3::identity() + filter.state.scale.errors) * scale - Matrix3::identity()).norm();
+        assert!(left < 0.25 * (scale - Matrix3::identity()).norm(), "{scale}: {left}");
+    }
 }
 
 #[test]

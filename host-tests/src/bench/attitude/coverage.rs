@@ -17,6 +17,8 @@ pub(super) struct Angle {
     pub count: usize,
     /// Those within one deviation, and within two.
     pub within: [usize; 2],
+    /// Sum of the squared errors, each in its deviation.
+    pub squares: f64,
     /// Longest stretch over three deviations, seconds.
     pub longest_s: f64,
     /// Start of the stretch that goes on, microseconds.
@@ -58,6 +60,7 @@ impl Coverage {
     pub(super) fn with(mut self, other: &Self) -> Self {
         for (sum, one) in self.angles.iter_mut().zip(&other.angles) {
             sum.count += one.count;
+            sum.squares += one.squares;
             sum.within.iter_mut().zip(one.within).for_each(|(sum, count)| *sum += count);
             sum.longest_s = sum.longest_s.max(one.longest_s);
         }
@@ -69,6 +72,7 @@ impl Angle {
     fn take(&mut self, t_us: u64, error_rad: f64, sigma_rad: f32) {
         let sigmas = error_rad / f64::from(sigma_rad);
         self.count += 1;
+        self.squares += sigmas * sigmas;
         for (within, limit) in self.within.iter_mut().zip([1.0, 2.0]) {
             *within += usize::from(sigmas <= limit);
         }
@@ -92,6 +96,7 @@ mod tests {
             angle.take(second as u64 * 1_000_000, error * 0.02, 0.02);
         }
         assert_eq!((angle.count, angle.within), (7, [2, 3]));
+        assert!((angle.squares - 65.37).abs() < 1e-4, "{}", angle.squares);
         assert!((angle.longest_s - 2.0).abs() < 1e-9);
     }
 }

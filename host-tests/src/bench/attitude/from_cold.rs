@@ -104,15 +104,30 @@ impl Coverage {
     pub(super) fn table(flown: &[Flown]) -> Table {
         let mut table = Table::new(
             "How often the error is within the stated deviations while the recording moves, % (a normal distribution: 68 and 95), \
-             and the longest stretch in which it is over three of them, s",
-            &["gyro error", "inclination, 1 sigma", "2 sigma", "over 3, s", "azimuth, 1 sigma", "2 sigma", "over 3, s"],
+             their root mean square in deviations, and the longest stretch in which it is over three of them, s",
+            &[
+                "gyro error",
+                "inclination, 1 sigma",
+                "2 sigma",
+                "rms, sigmas",
+                "over 3, s",
+                "azimuth, 1 sigma",
+                "2 sigma",
+                "rms, sigmas",
+                "over 3, s",
+            ],
         );
         for (size, percent) in PERCENT.iter().enumerate() {
             let of = flown.iter().filter(|case| case.size == size).map(|case| &case.coverage);
             let all = of.fold(Self::default(), |sum, one| sum.with(one));
             let figures = all.angles.iter().flat_map(|angle| {
                 let [one, two] = angle.within.map(|count| Cell::percent(count as f64 / angle.count as f64, 0));
-                [one, two, Cell::number(angle.longest_s, 1)]
+                [
+                    one,
+                    two,
+                    Cell::number((angle.squares / angle.count as f64).sqrt(), 2),
+                    Cell::number(angle.longest_s, 1),
+                ]
             });
             table.row([Cell::from(format!("{percent:.0} %"))].into_iter().chain(figures));
         }
