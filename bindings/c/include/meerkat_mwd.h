@@ -37,6 +37,16 @@
 #define MWD_ATTITUDE_FILTER_ALIGN 8
 
 /**
+ * Bytes of storage for an `MwdMountingCheck`.
+ */
+#define MWD_MOUNTING_CHECK_SIZE 1024
+
+/**
+ * Alignment of that storage, bytes.
+ */
+#define MWD_MOUNTING_CHECK_ALIGN 8
+
+/**
  * Version of `MwdConfig`. A field that is added, removed or reordered makes another one.
  */
 #define MWD_CONFIG_VERSION 2
@@ -252,6 +262,36 @@
 #define MWD_GRADE_NONE 3
 
 /**
+ * A turn about x, by gyro and gravity. The bits of `MwdMounting`.
+ */
+#define MWD_TURN_X_BY_ACCEL 1
+
+/**
+ * A turn about y, by gyro and gravity.
+ */
+#define MWD_TURN_Y_BY_ACCEL 2
+
+/**
+ * A turn about z, by gyro and gravity.
+ */
+#define MWD_TURN_Z_BY_ACCEL 4
+
+/**
+ * A turn about x, by gyro and field.
+ */
+#define MWD_TURN_X_BY_MAG 8
+
+/**
+ * A turn about y, by gyro and field.
+ */
+#define MWD_TURN_Y_BY_MAG 16
+
+/**
+ * A turn about z, by gyro and field.
+ */
+#define MWD_TURN_Z_BY_MAG 32
+
+/**
  * Bytes that hold every frame of this interface.
  */
 #define MWD_FRAME_SIZE 1300
@@ -318,6 +358,11 @@ typedef int32_t MwdStatus;
  * The attitude filter, in storage of the caller.
  */
 typedef struct MwdAttitudeFilter MwdAttitudeFilter;
+
+/**
+ * Check of signs, units and axes of the sensors by turns of the probe, in storage of the caller.
+ */
+typedef struct MwdMountingCheck MwdMountingCheck;
 
 /**
  * The whole pipeline with all its buffers, in storage of the caller.
@@ -1037,6 +1082,28 @@ typedef struct {
     uint32_t grade;
 } MwdSurvey;
 
+/**
+ * Findings of a mounting check.
+ */
+typedef struct {
+    /**
+     * `MWD_TURN_...` of the turns that were seen well enough to judge.
+     */
+    uint32_t seen;
+    /**
+     * Those of them on which the sensors do not agree: a sign, a unit or an axis is wrong.
+     */
+    uint32_t wrong;
+    /**
+     * Total specific force of the last tenth of a second, m/s^2: gravity at rest; NaN if it is not known.
+     */
+    float gravity_m_s2;
+    /**
+     * Total field of the last tenth of a second, microtesla: the earth's; NaN if it is not known.
+     */
+    float field_ut;
+} MwdMounting;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1193,6 +1260,31 @@ MwdStatus mwd_surveyor_push(MwdSurveyor *surveyor,
  * `surveyor` is NULL or from `mwd_surveyor_init`; `survey` is NULL or leads to such a struct.
  */
 MwdStatus mwd_surveyor_latest(const MwdSurveyor *surveyor, uint32_t kind, MwdSurvey *survey);
+
+/**
+ * Makes a mounting check that has seen nothing in `storage`, which has at least `MWD_MOUNTING_CHECK_SIZE` bytes and the
+ * alignment `MWD_MOUNTING_CHECK_ALIGN`, and points `check` to it.
+ *
+ * Pointers:
+ * `storage` is NULL or leads to `bytes` bytes that nothing else uses while the check lives; `check` is NULL or leads
+ * to a pointer.
+ */
+MwdStatus mwd_mounting_check_init(void *storage,
+                                  size_t bytes,
+                                  MwdMountingCheck **check);
+
+/**
+ * Takes a sample that was just pushed into `probe`, and writes what turns have shown. While sensors do not agree on a
+ * turn, `probe` accepts no new gyro model and no survey is good. Turn the probe by hand about each of its axes, a quarter
+ * there and back, twice, each quarter in about two seconds.
+ *
+ * Pointers:
+ * `check` and `probe` are NULL or from their `_init`; `sample` and `mounting` are NULL or lead to such structs.
+ */
+MwdStatus mwd_mounting_check_push(MwdMountingCheck *check,
+                                  MwdProbe *probe,
+                                  const MwdSample *sample,
+                                  MwdMounting *mounting);
 
 /**
  * Makes a filter that was not started in `storage`, which has at least `MWD_ATTITUDE_FILTER_SIZE` bytes and the

@@ -3,7 +3,8 @@
 
 use meerkat_mwd::Config;
 use meerkat_mwd_c::{
-    MWD_ATTITUDE_FILTER_SIZE, MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MwdAttitudeFilter, MwdProbe, MwdSurveyor,
+    MWD_ATTITUDE_FILTER_SIZE, MWD_MOUNTING_CHECK_SIZE, MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MwdAttitudeFilter,
+    MwdMountingCheck, MwdProbe, MwdSurveyor,
 };
 use std::{env, fs, path::Path};
 
@@ -11,9 +12,10 @@ fn generated() -> String {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(here.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for module in
-        ["status", "sizes", "config", "sample", "output", "window", "probe", "effects", "survey", "attitude", "frames"]
-    {
+    for module in [
+        "status", "sizes", "config", "sample", "output", "window", "probe", "effects", "survey", "mounting",
+        "attitude", "frames",
+    ] {
         builder = builder.with_src(here.join("src").join(module).with_extension("rs"));
     }
     let mut bytes = Vec::new();
@@ -50,6 +52,7 @@ fn the_sizes_are_hardly_larger_than_the_objects() {
         (size_of::<MwdProbe>(), MWD_PROBE_SIZE),
         (size_of::<MwdSurveyor>(), MWD_SURVEYOR_SIZE),
         (size_of::<MwdAttitudeFilter>(), MWD_ATTITUDE_FILTER_SIZE),
+        (size_of::<MwdMountingCheck>(), MWD_MOUNTING_CHECK_SIZE),
     ] {
         println!("{object} of {macro_}");
         assert!(object <= macro_ && macro_ - object < object / 16 + 256, "{object} of {macro_}: change src/sizes.rs");
