@@ -3,8 +3,6 @@
 //! Configuration is apart from state: [`Config::validate`] checks a [`Config`] once, and the configuration never
 //! changes while drilling.
 
-use core::f32::consts::{FRAC_PI_2, PI};
-
 mod attitude;
 mod drilling_dynamics;
 mod earth;
@@ -112,7 +110,6 @@ impl Config {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let positive = |x: f32| x.is_finite() && x > 0.0;
-        let within = |x: Option<f32>, most: f32| x.is_none_or(|x| libm::fabsf(x) <= most);
         let optional_positive = |x: Option<f32>| x.is_none_or(positive);
         check((100..=50_000).contains(&self.sample_period_us), "sample_period_us", "100 to 50000 (20 Hz to 10 kHz)")?;
         check(optional_positive(self.full_scale.gyro_rad_s), "full_scale.gyro_rad_s", "positive")?;
@@ -125,12 +122,7 @@ impl Config {
         )?;
         check(self.accel.is_valid(), "accel", "finite with a positive determinant")?;
         check(self.mag.is_valid(), "mag", "finite with a positive determinant")?;
-        let earth = &self.earth;
-        check((9.0..=10.5).contains(&earth.gravity_m_s2), "earth.gravity_m_s2", "9.0 to 10.5")?;
-        check(optional_positive(earth.magnetic_field_ut), "earth.magnetic_field_ut", "positive")?;
-        check(within(earth.dip_rad, FRAC_PI_2), "earth.dip_rad", "-pi/2 to pi/2")?;
-        check(within(earth.declination_rad, PI), "earth.declination_rad", "-pi to pi")?;
-        check(within(earth.latitude_rad, FRAC_PI_2), "earth.latitude_rad", "-pi/2 to pi/2")?;
+        self.earth.validate()?;
         self.latency.validate()?;
         self.attitude.validate()?;
         self.identification.validate()?;

@@ -7,6 +7,9 @@ use nalgebra::{Matrix3, Vector3};
 const CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
 /// Time constant of the means, seconds: ten independent innovations.
 const MEMORY_S: f32 = 10.0 * CORRELATION_S;
+/// Largest ratio that counts, and that for which a NaN counts: two deviations, beyond which one in twenty is. The mean of
+/// innovations as large as expected is then 0.9.
+const MOST: f32 = 4.0;
 /// Least ratio that is stated: ten independent innovations cannot show one below a tenth.
 const LEAST: f32 = CORRELATION_S / MEMORY_S;
 
@@ -59,14 +62,14 @@ impl Consistency {
 
 /// Moves a mean, up as slowly as down, so that it is that of the innovations.
 fn note(mean: &mut f32, ratio: f32, time_s: f32) {
-    // A ratio beyond one counts as one, and so does a NaN.
-    let ratio = if ratio < 1.0 { ratio } else { 1.0 };
+    let ratio = if ratio < MOST { ratio } else { MOST };
     *mean += (ratio - *mean) * (time_s / (MEMORY_S + time_s));
 }
 
-/// Factor of the stated deviation: root of a mean.
+/// Factor of the stated deviation: root of a mean, at most one.
 fn deviation(mean: f32) -> f32 {
-    libm::sqrtf(if mean > LEAST { mean } else { LEAST })
+    let limited = if mean < 1.0 { mean } else { 1.0 };
+    libm::sqrtf(if limited > LEAST { limited } else { LEAST })
 }
 
 #[cfg(test)]

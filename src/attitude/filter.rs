@@ -365,7 +365,7 @@ impl AttitudeFilter {
         }
         heading.note_agreement(agreed, step.time_s);
 
-        if !state.correct(&settings.config) {
+        if !state.correct(&settings.config) && settings.estimates_scale() {
             sensors.scale_sigma = gyro_scale::start(state, settings);
         }
         gyro_scale::compare_priors(state, step.time_s, settings);
@@ -397,6 +397,10 @@ impl AttitudeFilter {
         let Self { state, heading, settings, motion, .. } = self;
         let before = state.bias_rad_s;
         self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, settings);
+        if !self.tilt.aligned {
+            // No bias has been learnt, so that none can stay.
+            state.bias_rad_s = Vector3::zeros();
+        }
         motion.slow_turn.model_changed(&(state.bias_rad_s - before), old.p == new.p);
         self.report.is_stale |= old.p != new.p;
     }

@@ -1,6 +1,7 @@
 //! Heading: its start from the field, its updates, and the field's contradiction.
 
 use super::{
+    consistency::Consistency,
     error_state::{Gain, HEADING},
     field_reference::FieldReference,
     filter_step::FilterStep,
@@ -158,6 +159,7 @@ impl Heading {
     pub fn reset(&mut self, state: &mut State) {
         if self.steps > 1 {
             state.errors.reset(HEADING, PI * PI);
+            state.consistency = Consistency::new();
             self.restart();
         }
     }

@@ -125,6 +125,7 @@ impl State {
         let speed = config.velocity_sigma_m_s * config.velocity_sigma_m_s;
         self.errors = ErrorState::new();
         self.scale = GyroScale::ZERO;
+        self.consistency = Consistency::new();
         for state in 0..STATES {
             let variance = match state {
                 0..BIAS => PI * PI,

@@ -3,6 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
 
 use super::{
+    consistency::Consistency,
     error_state::{Gain, HEADING, VELOCITY},
     filter_step::FilterStep,
     heading::Heading,
@@ -117,6 +118,7 @@ impl Tilt {
     /// force of the seconds after the alignment is averaged from here on.
     pub fn align_anew(&mut self, state: &mut State, heading: &mut Heading, force: &Vector3<f32>, settings: &Settings) {
         self.align(state, heading, force, settings);
+        state.consistency = Consistency::new();
         (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
     }
 
@@ -170,7 +172,9 @@ impl Tilt {
             let velocity = state.velocity_m_s[k];
             let squared = velocity * velocity;
             let expected = state.errors.variance(VELOCITY + k) + speed;
-            state.consistency.note_velocity(squared / expected, time_s);
+            if force.is_some() {
+                state.consistency.note_velocity(squared / expected, time_s);
+            }
             let expected = VELOCITY_GATE * VELOCITY_GATE * expected;
             let mut variance = speed * 2.0 * VELOCITY_CORRELATION_S / time_s;
             if squared > expected {

@@ -10,6 +10,7 @@ pub type Theta = [f32; 12];
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct GyroModel {
     /// Matrix P, row-major, dimensionless: inverse of scale factors and cross-couplings; the identity for a
     /// perfect gyro.

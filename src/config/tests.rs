@@ -1,6 +1,7 @@
 //! A configuration that cannot be used names its field.
 
 use super::*;
+use core::f32::consts::FRAC_PI_2;
 
 #[test]
 fn the_default_is_valid_and_a_bad_field_is_named() {

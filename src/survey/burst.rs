@@ -63,6 +63,10 @@ impl<const N: usize> BurstRecorder<N> {
     /// vary more.
     pub fn push(&mut self, input: &SurveyInput) {
         let input = input.sanitised();
+        if input.force_m_s2.is_none() && !input.accel_clipped {
+            // A reading that is missing looks like a blow.
+            return;
+        }
         let Some(place) = self.latest.get_mut(self.next) else { return };
         *place = BurstSample {
             t_us: input.t_us,

@@ -15,11 +15,15 @@ use nalgebra::{Quaternion, Vector3};
 /// Ratios to [`DynamicsConfig::shock_m_s2`] of the higher levels of shocks: 25, 50 and 100 g by default.
 pub const SHOCK_LEVELS: [f32; 3] = [2.5, 5.0, 10.0];
 
+/// Longest step that is measured, microseconds; a longer one is a pause. A rig's slowest turn takes some seconds.
+const LONGEST_STEP_US: u64 = 1_000_000;
+
 /// Vibration, shocks and rotation of one window. [`severity`](super::severity) grades them in levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrillingDynamics {
-    /// First sample of the window, microseconds.
+    /// First sample of the window, microseconds; pauses of over a second put it off by as much, so that the window
+    /// lasts as long as was measured.
     pub t_start_us: u64,
     /// Last sample of the window, microseconds.
     pub t_end_us: u64,
@@ -113,12 +117,15 @@ impl DynamicsWindow {
         config: &DynamicsConfig,
         rotating_rad_s: f32,
     ) -> Option<DrillingDynamics> {
-        let start_us = *self.start_us.get_or_insert(input.t_us);
-        let step_s = match self.last_us {
-            0 => 0.0,
-            last => input.t_us.saturating_sub(last) as f32 * 1e-6,
-        };
+        let mut start_us = *self.start_us.get_or_insert(input.t_us);
+        let mut step_us = if self.last_us == 0 { 0 } else { input.t_us.saturating_sub(self.last_us) };
         self.last_us = input.t_us;
+        if step_us > LONGEST_STEP_US {
+            // The window spans as much more.
+            start_us = start_us.saturating_add(step_us);
+            (self.start_us, step_us) = (Some(start_us), 0);
+        }
+        let step_s = step_us as f32 * 1e-6;
         self.shake(input, earth, config, step_s);
         if let Some([.., rate]) = input.rate_rad_s {
             self.rates.add(rate, step_s, config.rate_averaging_s);

@@ -93,7 +93,11 @@ impl Quality {
         let dip = earth
             .dip_rad
             .map(|reference| check(Checked::Dip, survey.dip_rad, reference, errors.dip_rad, limits.dip_rad));
-        let part = |check: &Check| check.difference.map_or(f32::INFINITY, |difference| difference.abs() / check.limit);
+        let part = |check: &Check| match check.difference {
+            // A NaN is as far from the reference as can be.
+            Some(difference) if !difference.is_nan() => difference.abs() / check.limit,
+            _ => f32::INFINITY,
+        };
         let mut reason = gravity;
         for other in [field, dip].into_iter().flatten() {
             if part(&other) > part(&reason) {

@@ -128,9 +128,11 @@ impl StationarySurvey {
         if input.accel_clipped {
             self.start_over();
         }
-        let pause_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
-        if pause_us > LONGEST_PAUSE_US {
+        let mut step_us = self.last_us.map_or(0, |last| input.t_us.saturating_sub(last));
+        if step_us > LONGEST_PAUSE_US {
             self.start_over();
+            // Nobody saw rest in the pause.
+            step_us = 0;
         }
         if let Some(field) = input.field_ut
             && self.has_field_turned(input.t_us, &field.into())
@@ -140,7 +142,7 @@ impl StationarySurvey {
         let (Some(force), Some(rate)) = (input.force_m_s2, input.rate_rad_s) else { return None };
         let (force, rate) = (Vector3::from(force), Vector3::from(rate));
         self.last_us = Some(input.t_us);
-        self.rest.update(&rate, Some(&force), pause_us as f32 * 1e-6);
+        self.rest.update(&rate, Some(&force), step_us as f32 * 1e-6);
         if !self.rest.detected() {
             self.state = StationaryState::Moving;
             return None;

@@ -259,3 +259,25 @@ fn a_field_that_agrees_in_passing_is_not_used_before_it_has_agreed_for_half_a_se
     }
     assert_eq!(used_s, 0.0);
 }
+
+/// Innovations that were small for minutes say nothing of an attitude that is lost, nor of a tilt that no force is read
+/// against.
+#[test]
+fn what_innovations_showed_does_not_narrow_an_attitude_that_is_lost() {
+    let (mut filter, truth) = turned_by_hand(&Matrix3::identity(), config::Motion::Hand);
+    gyro_scale::identified(&mut filter.state, &[0.001; 9]);
+    turn_by_hand(&mut filter, truth, &Matrix3::identity());
+    let one = Matrix3::<f32>::identity();
+    let before = filter.state.consistency.stated(&one, 0.0);
+    assert!(before.m11 < 0.5 && before.m33 < 0.5, "{before}");
+    let force = Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
+    for _ in 0..4_000 {
+        filter.propagate(0.005, &Vector3::zeros());
+        filter.observe(None, None);
+    }
+    let blind = filter.state.consistency.stated(&one, 0.0);
+    assert!(blind.m11 > 0.95 * before.m11, "{blind} {before}");
+    filter.gap(11.0);
+    filter.observe(Some(&force), None);
+    assert_eq!(filter.state.consistency.stated(&one, 0.0), one);
+}

@@ -66,3 +66,24 @@ fn a_model_flies_from_the_next_sample_on() {
     assert_eq!(probe.push(&sample).map(|output| output.rate_rad_s), Some([0.0; 3]));
     assert!(!probe.fly(&GyroModel { p: [[0.0; 3]; 3], ..model }, &[0.01; 12]));
 }
+
+/// A probe at rest whose gyro reads its bias keeps its attitude, whatever the model that is flown from the start on says
+/// of P.
+#[test]
+fn the_bias_of_a_model_that_flies_from_the_start_is_not_taken_back() {
+    for scale in [1.0, 1.01, 1.1] {
+        let mut probe = Box::new(AttitudeProbe::new());
+        probe.configure(&Config::default()).unwrap_or_default();
+        let p = [[scale, 0.0, 0.0], [0.0, scale, 0.0], [0.0, 0.0, scale]];
+        assert!(probe.fly(&GyroModel { p, b_rad_s: [0.0, 0.0, 0.05] }, &[0.01; 12]));
+        let mut turned = 0.0_f32;
+        for mut sample in samples().take(1_000) {
+            sample.gyro_rad_s[2] = 0.05;
+            (sample.accel_m_s2, sample.mag_ut) = ([-3.0, 0.0, -9.3 + sample.gyro_rad_s[0]], [20.0, 0.0, 40.0]);
+            let attitude = probe.push(&sample).and_then(|output| output.attitude);
+            turned = turned.max(attitude.map_or(0.0, |attitude| attitude.magnetic_toolface_rad.abs().min(1.0)));
+        }
+        let residual = probe.pipeline.filter.residual_bias_rad_s().norm();
+        assert!(turned < 0.02 && residual < 0.002, "{scale}: {turned} {residual}");
+    }
+}

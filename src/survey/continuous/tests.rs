@@ -62,7 +62,7 @@ fn magnetic_and_true_azimuth_come_apart_again_and_totals_are_the_fields() {
             attitude: Some(attitude),
             ..SurveyInput::default()
         };
-        continuous.push(&input, 0.005);
+        continuous.push(&input);
     }
     let survey = continuous.survey(ToolfaceSwitch::new(), true, (&earth, &config)).unwrap();
     let value = |x: Option<Uncertain>| x.unwrap().value;
@@ -76,4 +76,26 @@ fn magnetic_and_true_azimuth_come_apart_again_and_totals_are_the_fields() {
     let declination = libm::hypotf(0.36, 5_000.0 / 20_000.0).to_radians();
     let sigma = libm::hypotf(attitude.sigma_azimuth_rad, declination);
     assert!((survey.true_azimuth_rad.unwrap().sigma / sigma - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn what_is_no_longer_read_is_no_longer_told() {
+    let (earth, config) = (Earth::default(), SurveyConfig::default());
+    let (attitude, _) = attitude(0.05, 0.8, 2.0, false);
+    let mut continuous = Continuous::new();
+    let mut told_s = [0.0; 3];
+    for k in 0..4_000_u32 {
+        let t_s = k as f32 * 0.005;
+        // The field is read 8 times a second for 10 s, the force for 5 s.
+        let force_m_s2 = (t_s < 5.0).then_some([0.0, -7.0, -6.86]);
+        let field_ut = (t_s < 10.0 && k % 25 == 0).then_some([20.0, 4.0, 42.0]);
+        let (t_us, attitude) = (u64::from(k) * 5_000, Some(attitude));
+        continuous.push(&SurveyInput { t_us, force_m_s2, field_ut, attitude, ..SurveyInput::default() });
+        let survey = continuous.survey(ToolfaceSwitch::new(), false, (&earth, &config)).unwrap();
+        let told = [survey.gravity_m_s2, survey.field_ut, survey.dip_rad];
+        told_s.iter_mut().zip(told).for_each(|(time_s, told)| *time_s += if told.is_some() { 0.005 } else { 0.0 });
+    }
+    for (told_s, read_s) in told_s.into_iter().zip([5.0, 10.0, 10.0]) {
+        assert!((read_s..read_s + 1.01).contains(&told_s), "{told_s} {read_s}");
+    }
 }

@@ -157,6 +157,7 @@ fn a_burst_holds_the_worst_second_in_order() {
         recorder.push(&SurveyInput {
             t_us: u64::from(k) * STEP_US,
             raw_accel_m_s2: [gravity[0] as f32, gravity[1] as f32, blow as f32],
+            force_m_s2: Some([gravity[0] as f32, gravity[1] as f32, blow as f32]),
             ..SurveyInput::default()
         });
         recorder.worst().count()
@@ -170,4 +171,40 @@ fn a_burst_holds_the_worst_second_in_order() {
     assert!((11_400_000..=12_300_000).contains(&first), "{first}");
     assert!(times.enumerate().all(|(k, t_us)| t_us == first + (k as u64 + 1) * STEP_US));
     assert!(recorder.worst_rms_m_s2().unwrap() > 20.0);
+}
+
+#[test]
+fn a_reading_that_is_missing_is_no_blow_and_one_that_clips_is() {
+    let mut recorder = BurstRecorder::<200>::new();
+    for k in 0..6_000_u32 {
+        let shaking = if (4_000..4_100).contains(&k) { 5.0 * libm::sinf(k as f32) } else { 0.0 };
+        let force = [shaking, 0.0, -9.8];
+        let (is_missing, accel_clipped) = ((1_000..1_100).contains(&k), k == 4_050);
+        recorder.push(&SurveyInput {
+            t_us: u64::from(k) * STEP_US,
+            raw_accel_m_s2: if is_missing { [0.0; 3] } else { force },
+            force_m_s2: (!is_missing && !accel_clipped).then_some(force),
+            accel_clipped,
+            ..SurveyInput::default()
+        });
+    }
+    assert!(recorder.worst().all(|sample| sample.accel_m_s2 != [0.0; 3]));
+    assert!(recorder.worst().any(|sample| sample.t_us == 4_050 * STEP_US));
+}
+
+/// A pause does not count as time at the level of the window that it falls into.
+#[test]
+fn a_window_lasts_as_long_as_was_measured() {
+    let mut dynamics = DynamicsWindow::new();
+    let mut t_us = 0;
+    let (mut windows, mut spans_s) = (0, 0.0);
+    for k in 1..20_000_u32 {
+        t_us += if k == 5_000 { 7_200_000_000 } else { STEP_US };
+        let force = Some([20.0 * libm::sinf(k as f32), 0.0, -9.806_65]);
+        let input = SurveyInput { t_us, force_m_s2: force, attitude: Some(attitude()), ..SurveyInput::default() };
+        if let Some(window) = dynamics.push(&input, &Earth::default(), &DynamicsConfig::default(), ROTATING_RAD_S) {
+            (windows, spans_s) = (windows + 1, spans_s + (window.t_end_us - window.t_start_us) as f32 * 1e-6);
+        }
+    }
+    assert!(windows == 3 && (spans_s - 90.0).abs() < 0.1, "{windows} {spans_s}");
 }

@@ -71,3 +71,19 @@ fn propagated_limits_are_deviations_of_measurement_and_reference() {
     assert_eq!(quality.reason.checked, Checked::Field);
     assert_eq!(quality.grade, Grade::Doubtful);
 }
+
+#[test]
+fn a_reference_that_is_no_number_is_bad_and_is_not_configured() {
+    let config = SurveyConfig::default();
+    for (field, earth) in [
+        ("earth.dip_rad", Earth { dip_rad: Some(f32::NAN), ..earth() }),
+        ("earth.magnetic_field_ut", Earth { magnetic_field_ut: Some(f32::NAN), ..earth() }),
+        // In nanotesla.
+        ("earth.magnetic_field_ut", Earth { magnetic_field_ut: Some(50_480.0), ..earth() }),
+        ("earth.gravity_m_s2", Earth { gravity_m_s2: f32::NAN, ..earth() }),
+    ] {
+        assert_eq!(Quality::of(&survey(9.8, Some(50.0), 70.0), &earth, &config).grade, Grade::Bad, "{field}");
+        let refused = crate::survey::Surveys::new().configure(&earth, &config).map_err(|error| error.field);
+        assert_eq!(refused, Err(field));
+    }
+}

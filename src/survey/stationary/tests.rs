@@ -104,6 +104,22 @@ fn a_blow_that_clips_and_a_pause_in_the_samples_start_it_over() {
     assert_eq!(rig.survey.state(), StationaryState::Averaging);
 }
 
+/// The first sample after a pause agrees with itself, however long the pause was.
+#[test]
+fn a_pause_is_no_evidence_of_rest() {
+    for pause_us in [150_000, 2_000_000, 900_000_000] {
+        let mut rig = Rig::new();
+        rig.feed(12.0, |_| {});
+        rig.t_us += pause_us;
+        for _ in 0..10 {
+            rig.feed(0.1, |_| {});
+            assert!(!rig.survey.stands_still(rig.t_us), "{pause_us}");
+        }
+        rig.feed(2.0, |_| {});
+        assert!(rig.survey.stands_still(rig.t_us), "{pause_us}");
+    }
+}
+
 #[test]
 fn a_turn_too_slow_for_the_gyro_gives_no_survey() {
     let mut rig = Rig::new();
