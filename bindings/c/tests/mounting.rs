@@ -21,7 +21,7 @@ fn turn(probe: *mut MwdProbe, check: *mut MwdMountingCheck, turned_round: Option
     for axis in [0, 1, 2].repeat(4) {
         for k in 0..400_u16 {
             t_us += 10_000;
-            let rate = Vector3::ith(axis, 2.0 * (std::f32::consts::TAU * f32::from(k) / 400.0).sin() + 0.2);
+            let rate = Vector3::ith(axis, if k < 200 { 1.5 } else { -1.1 });
             body_to_earth *= Rotation3::new(rate * 0.01);
             let mut sample = MwdSample { t_us, ..MwdSample::default() };
             sample.gyro_rad_s = rate.into();
