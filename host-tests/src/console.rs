@@ -8,6 +8,8 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
+use crate::failure::Failure;
+
 /// Name of the standard input among inputs, and of the standard output among outputs.
 pub const STDIO: &str = "-";
 
@@ -49,15 +51,47 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
+/// Name of the standard output in an error.
+const STDOUT: &str = "standard output";
+
+/// An output whose errors say that they are its own.
+struct Named<W> {
+    name: &'static str,
+    out: W,
+}
+
+impl<W> Named<W> {
+    /// The error with the output's name; its kind stays, by which a closed pipe is known.
+    fn failed(&self, error: io::Error) -> io::Error {
+        io::Error::new(error.kind(), Failure::output(Path::new(self.name), &error))
+    }
+}
+
+impl<W: Write> Write for Named<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.out.write(bytes).map_err(|error| self.failed(error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush().map_err(|error| self.failed(error))
+    }
+}
+
+/// The standard output, for a command whose result is always there.
+#[must_use]
+pub fn stdout() -> impl Write {
+    Named { name: STDOUT, out: io::stdout() }
+}
+
 /// Where a command tells what it did, without colours where it is no terminal.
 #[must_use]
 pub fn told() -> Box<dyn Write> {
     if is_quiet() {
         Box::new(io::sink())
     } else if RESULT_ON_STDOUT.load(Ordering::Relaxed) {
-        Box::new(anstream::stderr())
+        Box::new(Named { name: "standard error", out: anstream::stderr() })
     } else {
-        Box::new(anstream::stdout())
+        Box::new(Named { name: STDOUT, out: anstream::stdout() })
     }
 }
 

@@ -106,6 +106,36 @@ fn shells_get_their_completions() {
     }
 }
 
+/// A reader that has what it wanted closes the pipe; a full disk is an error that names the output.
+#[test]
+fn a_standard_output_that_takes_nothing_is_no_defect() {
+    let recording = recording_path(ATTACHED_MAGNET);
+    let recording = recording.to_str().unwrap();
+    let stations = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.csv");
+    let settings = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.toml");
+    let commands: [&[&str]; 4] = [
+        &["field", "--latitude", "60.4", "--longitude", "5.3", "--date", "2026-06-01"],
+        &["completions", "bash"],
+        &["survey", stations, "--run", settings],
+        &["replay", recording],
+    ];
+    let with = |arguments: &[&str], out: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        command.args(arguments).stdout(out).stderr(Stdio::piped()).output().unwrap()
+    };
+    for arguments in commands {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let closed = with(arguments, writer.into());
+        assert!(closed.status.success() && closed.stderr.is_empty(), "{arguments:?}: {closed:?}");
+        let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else { continue };
+        let full = with(arguments, full.into());
+        let said = String::from_utf8_lossy(&full.stderr);
+        let named = said.starts_with("error: standard output: cannot be written: ");
+        assert!(full.status.code() == Some(2) && named, "{arguments:?}: {full:?}");
+    }
+}
+
 /// Each error says what can be done about it; the parser of the command line points at the help.
 #[test]
 fn every_error_ends_with_a_next_step() {

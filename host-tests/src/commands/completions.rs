@@ -1,11 +1,12 @@
 //! `mwd completions`: what a shell needs to complete the commands and their options.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
 
 use super::Cli;
+use crate::console;
 
 /// Options of `completions`.
 #[derive(Debug, Clone, Args)]
@@ -21,5 +22,5 @@ pub struct CompletionsArgs {
 pub fn run(args: &CompletionsArgs) -> anyhow::Result<()> {
     let mut script = Vec::new();
     generate(args.shell, &mut Cli::command(), "mwd", &mut script);
-    io::stdout().write_all(&script).map_err(Into::into)
+    console::stdout().write_all(&script).map_err(Into::into)
 }

@@ -1,5 +1,7 @@
 //! The exit status of the program: 0 done, 1 a defect, 2 bad input or usage, 3 something is missing.
 
+use std::io;
+
 use meerkat_mwd::config::ConfigError;
 
 use crate::{failure::Failure, simulate::ScenarioError, target::error::EmulateError, trace::TraceError};
@@ -17,7 +19,9 @@ pub fn exit_status(error: &anyhow::Error) -> u8 {
     error
         .chain()
         .find_map(|cause| {
-            let failure = cause.downcast_ref::<Failure>().map(of_failure);
+            // An error of the standard output holds its failure.
+            let held = || cause.downcast_ref::<io::Error>()?.get_ref()?.downcast_ref::<Failure>();
+            let failure = cause.downcast_ref::<Failure>().or_else(held).map(of_failure);
             let emulator = cause.downcast_ref::<EmulateError>().map(of_emulator);
             let input = cause.is::<TraceError>() || cause.is::<ConfigError>() || cause.is::<ScenarioError>();
             failure.or(emulator).or(input.then_some(BAD_INPUT))

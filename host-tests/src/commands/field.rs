@@ -1,6 +1,6 @@
 //! `mwd field`: the reference field and gravity of a place and a date, as a configuration for the probe.
 
-use std::path::PathBuf;
+use std::{io::Write, path::PathBuf};
 
 use clap::Args;
 use meerkat_mwd::config::Earth;
@@ -12,7 +12,7 @@ use crate::earth::{
     gravity_at_depth::{ROCK_KG_M3, gravity_m_s2},
     reference_field::day,
 };
-use crate::failure::Failure;
+use crate::{console, failure::Failure};
 
 /// Options of `field`.
 #[derive(Debug, Clone, Args)]
@@ -45,10 +45,10 @@ struct Modelled {
 /// Prints a place's field and gravity as a configuration for `--config`.
 ///
 /// # Errors
-/// A place or a day outside the model.
+/// A place or a day outside the model, or a standard output that takes nothing.
 pub fn run(args: &FieldArgs) -> anyhow::Result<()> {
-    print!("{}", configuration(&modelled(args)?, args));
-    Ok(())
+    let configuration = configuration(&modelled(args)?, args);
+    console::stdout().write_all(configuration.as_bytes()).map_err(Into::into)
 }
 
 fn modelled(args: &FieldArgs) -> Result<Modelled, Failure> {
