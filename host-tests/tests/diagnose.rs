@@ -319,6 +319,13 @@ fn what_lacks_something_gets_its_verdict_or_its_error() {
     let (status, text) = mwd(&["diagnose", path, "--against-reference"]);
     assert!(status == Some(2) && text.contains("qw"), "{text}");
 
+    let mut sparse = keep(60);
+    sparse.reference.iter_mut().enumerate().for_each(|(i, q)| *q = q.filter(|_| i % 114 == 0));
+    sparse.write(Path::new(path)).unwrap();
+    let (status, text) = mwd(&["diagnose", path, "--against-reference"]);
+    let told = "the reference covers only 53 of 6000 samples";
+    assert!(status == Some(2) && text.contains(told) && text.contains("neighbouring rows"), "{text}");
+
     let mut with_gaps = keep(120);
     with_gaps.reference.iter_mut().enumerate().for_each(|(i, q)| *q = q.filter(|_| i % 1_000 > 50));
     with_gaps.write(Path::new(path)).unwrap();

@@ -108,7 +108,7 @@ fn a_probe_that_stands_still_shows_nothing() {
 }
 
 /// A reference that is away for half a second out of ten, and for 5 s once, is as good as a whole one; one
-/// that is hardly ever there says nothing.
+/// that is hardly ever there is refused.
 #[test]
 fn a_reference_with_gaps_is_used_where_it_is() {
     for seed in 0..3 {
@@ -116,15 +116,14 @@ fn a_reference_with_gaps_is_used_where_it_is() {
         let with = |keep: fn(usize) -> bool| {
             let mut trace = whole.clone();
             trace.reference.iter_mut().enumerate().for_each(|(i, q)| *q = q.filter(|_| keep(i)));
-            against_reference(&trace, &of_trace(&trace), None).unwrap().1
+            against_reference(&trace, &of_trace(&trace), None).map(|(_, diagnosed)| diagnosed)
         };
-        let gaps = with(|i| i % 1_000 > 50 && !(6_000..6_500).contains(&i));
+        let gaps = with(|i| i % 1_000 > 50 && !(6_000..6_500).contains(&i)).unwrap();
         let mut found = names(&gaps);
         found.sort_unstable();
         assert_eq!(found, ["hard_iron", "mag_lag"], "{seed}");
-        let rare = with(|i| i % 500 == 0);
-        assert_eq!(rare.verdict, Verdict::NotEnoughExcitation, "{seed}");
-        assert!(rare.effects.is_empty(), "{seed}: {:?}", names(&rare));
+        let rare = with(|i| i % 500 == 0).map_or_else(|error| error.to_string(), |_| String::new());
+        assert!(rare.contains("the reference covers only 25 of 12001 samples"), "{seed}: {rare}");
     }
 }
 

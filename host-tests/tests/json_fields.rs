@@ -75,8 +75,8 @@ fn every_field_of_a_result_is_documented_and_no_other() {
         vec!["replay", &fast, "--hold-out", "0.5"],
         vec!["replay", &plain],
         vec!["replay", drilled],
-        vec!["diagnose", &magnet, "--against-reference"],
-        vec!["diagnose", &fast],
+        vec!["diagnose", &magnet],
+        vec!["diagnose", &fast, "--against-reference"],
     ] {
         fields(&result(&arguments, folder.path()), "", &mut found);
     }

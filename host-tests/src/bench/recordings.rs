@@ -12,7 +12,7 @@ use super::{
     table::{Cell, Table},
 };
 use crate::{
-    diagnosis::{Diagnosed, against_reference, diagnosed},
+    diagnosis::{Diagnosed, against_reference, diagnosed, has_dense_reference},
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},
@@ -48,7 +48,7 @@ struct WithMagnet {
 struct Played {
     name: String,
     without: Way,
-    /// Result against the reference; `None` without one.
+    /// Result against the reference; `None` without one that is dense.
     against: Option<Way>,
     magnets: Vec<WithMagnet>,
 }
@@ -69,11 +69,11 @@ fn play(path: &Path) -> anyhow::Result<Played> {
     let freeze_us = freeze_at_us(&trace, HOLD_OUT);
     let flight = fly_frozen(&config, freeze_us, &trace.samples)?;
     let without = way(&trace, &config, &flight, &diagnosed(&trace, &config, &flight));
-    let against = if trace.reference.iter().flatten().count() < 2 {
-        None
-    } else {
+    let against = if has_dense_reference(&trace) {
         let (flight, diagnosed) = against_reference(&trace, &config, Some(freeze_us))?;
         Some(way(&trace, &config, &flight, &diagnosed))
+    } else {
+        None
     };
     Ok(Played { name: name(path), without, against, magnets: with_magnets(&trace, &config)? })
 }

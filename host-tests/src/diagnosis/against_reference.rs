@@ -50,7 +50,7 @@ const AT_ONCE_S: f32 = 0.1;
 /// nothing new takes effect.
 ///
 /// # Errors
-/// The trace has no reference, or the configuration cannot be used.
+/// The trace has no reference or one at too few samples, or the configuration cannot be used.
 pub fn against_reference(
     trace: &Trace,
     config: &Config,
@@ -61,6 +61,9 @@ pub fn against_reference(
         return Err(
             Failure::BadInput(format!("{path}: --against-reference needs the columns qw, qx, qy, qz, filled")).into()
         );
+    }
+    if !has_dense_reference(trace) {
+        return Err(too_few(trace).into());
     }
     let attitudes = attitudes(trace);
     let gyro_trace = Trace { samples: vectors_from(trace, &attitudes), ..trace.clone() };
@@ -80,6 +83,24 @@ pub fn against_reference(
     let verdict = joint(of_gyro.verdict, of_vectors.verdict);
     let Diagnosed { magnets, residual, residual_over_time, totals, .. } = of_vectors;
     Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time, totals }))
+}
+
+/// Returns true if the reference is dense enough to test against: at least half of the samples have one. Rates are
+/// taken from samples beside each other.
+#[must_use]
+pub fn has_dense_reference(trace: &Trace) -> bool {
+    let filled = trace.reference.iter().flatten().count();
+    filled >= 2 && 2 * filled >= trace.len()
+}
+
+/// Why a reference at too few samples is refused.
+fn too_few(trace: &Trace) -> Failure {
+    let (filled, all) = (trace.reference.iter().flatten().count(), trace.len());
+    Failure::BadInput(format!(
+        "{}: the reference covers only {filled} of {all} samples: --against-reference takes rates from neighbouring rows, \
+         and needs qw, qx, qy, qz in at least half of them",
+        trace.path.display()
+    ))
 }
 
 /// The more serious of two verdicts.

@@ -5,7 +5,7 @@ mod outcome;
 mod totals;
 mod vector_residual;
 
-pub use against_reference::against_reference;
+pub use against_reference::{against_reference, has_dense_reference};
 pub(crate) use against_reference::{attitudes, vectors_from};
 pub use outcome::{Diagnosed, Found, aliases, diagnosed, rivals};
 pub use totals::Totals;

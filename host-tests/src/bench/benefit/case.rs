@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     bench::error_multiplied_in::drawn,
-    diagnosis::against_reference,
+    diagnosis::{against_reference, has_dense_reference},
     flight::{
         configuration::{freeze_at_us, of_trace},
         estimate::posterior,
@@ -63,6 +63,9 @@ struct OwnP {
 impl OwnP {
     /// From the whole recording, with gravity and field computed from the reference.
     fn of(trace: &Trace) -> anyhow::Result<Option<Self>> {
+        if !has_dense_reference(trace) {
+            return Ok(None);
+        }
         let (flight, _) = against_reference(trace, &of_trace(trace), None)?;
         let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some());
         Ok(window.map(|window| Self { p: window.fitted.p_matrix().map(f64::from), covariance: covariance(window) }))
