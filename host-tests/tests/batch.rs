@@ -215,3 +215,70 @@ fn an_input_that_names_nothing_is_told() {
     let output = mwd(&["batch", "/nowhere/*.csv", "-o", text(&results)]);
     assert!(String::from_utf8(output.stderr).unwrap().contains("no file is so named\nnext: "));
 }
+
+#[test]
+fn no_output_overwrites_an_input_or_another_one() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("rec")).unwrap();
+    let recording = recordings(&at("rec"), 1, 20.0).remove(0);
+    let (list, config) = (at("list"), at("config.toml"));
+    fs::write(&list, text(&recording)).unwrap();
+    fs::write(&config, "seed = 7\n").unwrap();
+    let inputs = [&recording, &list, &config];
+    let before = inputs.map(|input| fs::read(input).unwrap());
+    let (rec, listed) = (at("rec"), format!("@{}", text(&list)));
+    let (results, windows) = (at("all.parquet"), at("all.windows.parquet"));
+    let read = "would overwrite what is read";
+    let other = "would overwrite another one";
+    for (output, page, told) in [
+        (&recording, None, read),
+        (&list, None, read),
+        (&config, None, read),
+        (&results, Some(&recording), read),
+        (&results, Some(&results), other),
+        (&results, Some(&windows), other),
+    ] {
+        let mut arguments = vec!["batch", text(&rec), &listed, "--config", text(&config), "-o", text(output)];
+        arguments.extend(page.iter().flat_map(|page| ["--html", text(page)]));
+        let output = mwd(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(told), "{arguments:?}: {output:?}");
+        assert!(before == inputs.map(|input| fs::read(input).unwrap()), "{arguments:?}");
+    }
+}
+
+/// A configuration that no trace can fly with says nothing of the recordings.
+#[test]
+fn a_configuration_that_cannot_be_used_ends_the_run_before_it_begins() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let recording = recordings(folder.path(), 1, 20.0).remove(0);
+    let (config, results) = (at("bad.toml"), at("all.parquet"));
+    for (bad, told) in [
+        ("[identification]\nwindow = 40\n", "`window`"),
+        ("seed = ", "bad.toml"),
+        ("[identification]\nwindow_s = 400\n", "identification.window_s must be at most 50"),
+        ("freeze_at_us = -1\n", "freeze_at_us must be"),
+    ] {
+        fs::write(&config, bad).unwrap();
+        let output = mwd(&["batch", text(&recording), "--config", text(&config), "-o", text(&results)]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(told), "{bad}: {output:?}");
+        assert!(!results.exists(), "{bad}");
+    }
+    // The trace's period is 10 ms: this is of the recording, and its row says so.
+    fs::write(&config, "sample_period_us = 1000\n").unwrap();
+    let output = mwd(&["batch", text(&recording), "--config", text(&config), "-o", text(&results)]);
+    assert!(output.status.success() && String::from_utf8_lossy(&output.stdout).contains("1 bad"), "{output:?}");
+}
+
+#[test]
+fn an_empty_list_is_an_error_as_an_empty_folder_is() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("list"), "# none\n").unwrap();
+    let output = mwd(&["batch", &format!("@{}", text(&at("list"))), "-o", text(&at("all.parquet"))]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("the list names nothing"), "{output:?}");
+}

@@ -28,7 +28,9 @@ fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
         let text = crate::console::text(Path::new(list));
         let text = text.map_err(|error| Failure::unread(Path::new(list), &error))?;
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
-        return lines.into_iter().try_for_each(|line| add(line, found));
+        let before = found.len();
+        lines.into_iter().try_for_each(|line| add(line, found))?;
+        return if found.len() > before { Ok(()) } else { bad("the list names nothing".into()) };
     }
     let path = Path::new(input);
     if path.is_dir() {
@@ -84,5 +86,8 @@ mod tests {
         assert_eq!(names, ["b.csv", "a.csv.gz", "b.csv", "c.csv", "gone.csv"]);
         assert!(recordings(&[at("*.mat")]).unwrap_err().to_string().ends_with("no file is so named"));
         assert!(recordings(&[format!("@{}", at("none"))]).is_err());
+        fs::write(at("list"), "# none\n\n").unwrap();
+        let error = recordings(&[at("b.csv"), format!("@{}", at("list"))]).unwrap_err().to_string();
+        assert!(error.ends_with("list: the list names nothing"), "{error}");
     }
 }

@@ -28,6 +28,7 @@ use crate::{
 };
 use flown::Beside;
 use parquet_file::Tables;
+pub use parquet_file::tables;
 use parts::{Part, Parts};
 
 /// Results that are read together for the tables: their JSON is ten times as large in memory as in its file.

@@ -22,16 +22,24 @@ use crate::failure::Failure;
 /// Rows that are held in memory.
 const GROUP: usize = 10_000;
 
+/// Files of the three tables of a batch: `results`, and beside it those of windows and of stations.
+#[must_use]
+pub fn tables(results: &Path) -> [PathBuf; 3] {
+    let beside = |name: &str| results.with_extension(format!("{name}.parquet"));
+    [results.to_owned(), beside("windows"), beside("stations")]
+}
+
 /// The three tables of a batch.
 pub struct Tables([Table; 3]);
 
 impl Tables {
     /// Begins `results`, and beside it the tables of windows and of stations.
     pub fn create(results: &Path) -> Result<Self, Failure> {
+        let [results, windows, stations] = tables(results);
         Ok(Self([
-            Table::create(results, "", RECORDINGS)?,
-            Table::create(results, "windows", WINDOWS)?,
-            Table::create(results, "stations", STATIONS)?,
+            Table::create(results, RECORDINGS)?,
+            Table::create(windows, WINDOWS)?,
+            Table::create(stations, STATIONS)?,
         ]))
     }
 
@@ -93,8 +101,7 @@ impl Values {
 
 impl Table {
     /// Begins the table of `results`, or the one beside it that is called `name`.
-    fn create(results: &Path, name: &str, columns: &[Column]) -> Result<Self, Failure> {
-        let path = if name.is_empty() { results.to_owned() } else { results.with_extension(format!("{name}.parquet")) };
+    fn create(path: PathBuf, columns: &[Column]) -> Result<Self, Failure> {
         let columns = single(columns);
         let failed = |error: &dyn std::fmt::Display| Failure::Output { path: path.clone(), why: error.to_string() };
         let field = |(name, _, kind): &(String, String, Kind)| {

@@ -1,16 +1,22 @@
 //! `mwd batch`: flies many recordings at once and writes three tables.
 
-use std::{io::Write, path::PathBuf, time::Instant};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use clap::Args;
 
-use super::{fleet, hold_out::hold_out, same_file::same_file};
+use super::{fleet, hold_out::hold_out, same_file::none_overwritten};
 use crate::{
-    batch::{Options, inputs::recordings, run as fly_all},
+    batch::{Options, inputs::recordings, run as fly_all, tables},
     console::told,
     failure::Failure,
     fleet::read,
+    flight::configuration::{frozen_from_us, of_file},
     report::progress_bar::progress_bar,
+    trace::Trace,
 };
 
 /// Options of `batch`.
@@ -54,17 +60,19 @@ pub struct BatchArgs {
 /// Flies all recordings, writes the tables and prints what was done.
 ///
 /// # Errors
-/// An input names nothing, or something cannot be written.
+/// An input names nothing, the configuration cannot be used, or an output cannot be written or would overwrite an input
+/// or another one.
 pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     let paths = recordings(&args.inputs)?;
-    if let Some(config) = args.config.as_deref().filter(|config| !config.is_file()) {
-        return Err(Failure::Unread { path: config.to_owned(), why: "no such file".to_owned() }.into());
+    check_outputs(args, &paths)?;
+    if let Some(config) = args.config.as_deref() {
+        // What is wrong without a trace is wrong with every one.
+        let trace = Trace::default();
+        of_file(&trace, Some(config))?;
+        frozen_from_us(&trace, args.hold_out, Some(config))?;
     }
     for folder in [&args.attitude_dir, &args.html_dir].into_iter().flatten() {
         std::fs::create_dir_all(folder).map_err(|error| Failure::output(folder, &error))?;
-    }
-    if args.html.as_ref().is_some_and(|page| *page == args.output || same_file(page, &args.output)) {
-        return Err(Failure::BadInput(format!("{}: the page would overwrite the table", args.output.display())).into());
     }
     let options = Options {
         config: args.config.clone(),
@@ -116,4 +124,13 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Refuses to overwrite an input, and to write two results to one file.
+fn check_outputs(args: &BatchArgs, recordings: &[PathBuf]) -> Result<(), Failure> {
+    let tables = tables(&args.output);
+    let outputs: Vec<&Path> = tables.iter().chain(&args.html).map(AsRef::as_ref).collect();
+    let lists = args.inputs.iter().filter_map(|input| input.strip_prefix('@')).map(Path::new);
+    let inputs: Vec<&Path> = recordings.iter().chain(&args.config).map(AsRef::as_ref).chain(lists).collect();
+    none_overwritten(&outputs, &inputs)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{hold_out::hold_out, same_file::same_file};
+use super::{hold_out::hold_out, same_file::none_overwritten};
 use crate::{
     calibrate::{calibrate, print_account, record, result},
     console::told,
@@ -83,16 +83,6 @@ pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
 /// Refuses to overwrite an input, and to write two results to one file.
 fn check_outputs(args: &CalibrateArgs) -> Result<(), Failure> {
     let outputs: Vec<&Path> = [&args.output, &args.json, &args.html].into_iter().flatten().map(AsRef::as_ref).collect();
-    let inputs = args.traces.iter().chain(&args.config);
-    for output in &outputs {
-        if output.is_file() && inputs.clone().any(|input| same_file(output, input)) {
-            return Err(Failure::BadInput(format!("{}: the result would overwrite what is read", output.display())));
-        }
-    }
-    for (index, output) in outputs.iter().enumerate() {
-        if outputs.iter().take(index).any(|other| other == output || same_file(other, output)) {
-            return Err(Failure::BadInput(format!("{}: the result would overwrite another one", output.display())));
-        }
-    }
-    Ok(())
+    let inputs: Vec<&Path> = args.traces.iter().chain(&args.config).map(AsRef::as_ref).collect();
+    none_overwritten(&outputs, &inputs)
 }

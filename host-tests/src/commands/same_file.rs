@@ -1,8 +1,31 @@
-//! Test of whether two paths name one file, even if it does not exist yet.
+//! Outputs that would overwrite an input or each other: tests whether two paths name one file, even if it does not exist
+//! yet.
 
 use std::path::{Path, PathBuf};
 
-use crate::console::is_stdio;
+use crate::{console::is_stdio, failure::Failure};
+
+/// Refuses to overwrite an input, and to write two results to one file.
+///
+/// # Errors
+/// The first output that would overwrite something.
+pub fn none_overwritten(outputs: &[&Path], inputs: &[&Path]) -> Result<(), Failure> {
+    for (index, output) in outputs.iter().enumerate() {
+        // A terminal or /dev/null may be named any number of times.
+        if output.exists() && !output.is_file() {
+            continue;
+        }
+        let taken =
+            |what: &str| Err(Failure::BadInput(format!("{}: the result would overwrite {what}", output.display())));
+        if inputs.iter().any(|input| same_file(output, input)) {
+            return taken("what is read");
+        }
+        if outputs.iter().take(index).any(|other| other == output || same_file(output, other)) {
+            return taken("another one");
+        }
+    }
+    Ok(())
+}
 
 /// Returns true if writing to one path would change what is read from the other.
 #[must_use]

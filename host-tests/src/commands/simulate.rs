@@ -1,9 +1,13 @@
 //! `mwd simulate`: simulates a scenario and writes its trace.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
+use super::same_file::none_overwritten;
 use crate::{
     console::{save, told},
     failure::Failure,
@@ -36,11 +40,14 @@ pub struct SimulateArgs {
 /// Without `-o` the trace is written to the current directory under the scenario's name.
 ///
 /// # Errors
-/// The scenario cannot be read or used, or the trace cannot be written.
+/// The scenario cannot be read or used, or an output cannot be written or would overwrite the scenario or another one.
 pub fn run(args: &SimulateArgs) -> anyhow::Result<()> {
-    let scenario = Scenario::read(&args.scenario)?;
     let name = args.scenario.file_stem().map_or_else(|| "simulated".into(), |stem| stem.to_string_lossy());
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.csv.gz")));
+    let drawn = [&args.plot_rate, &args.plot_error].into_iter().flatten();
+    let outputs: Vec<&Path> = std::iter::once(&path).chain(drawn).map(AsRef::as_ref).collect();
+    none_overwritten(&outputs, &[&args.scenario])?;
+    let scenario = Scenario::read(&args.scenario)?;
     let seed = args.seed.unwrap_or(1);
     let bar = progress_bar(usize::try_from(samples_of(&scenario)).unwrap_or(usize::MAX));
     let (trace, truth) = simulate_with(&scenario, seed, |done| {

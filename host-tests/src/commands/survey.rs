@@ -13,6 +13,7 @@ use meerkat_mwd::{
 };
 use nalgebra::Vector3;
 
+use super::same_file::none_overwritten;
 use crate::{
     console::{self, told},
     failure::Failure,
@@ -27,7 +28,7 @@ use crate::{
         measured::Measured,
         reference::Reference,
         run::SurveyedRun,
-        settings::{Correction, RunSettings},
+        settings::{Correction, ReferenceSettings, RunSettings},
         stations_csv::{ReadStation, read},
         surveyed::surveyed,
     },
@@ -85,7 +86,7 @@ pub struct SurveyArgs {
 /// Works out the run, prints it and writes what is asked for.
 ///
 /// # Errors
-/// An input cannot be used, or an output cannot be written.
+/// An input cannot be used, or an output cannot be written or would overwrite an input or another one.
 pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     let mut settings = match &args.run {
         Some(path) => {
@@ -97,6 +98,7 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
     if let Some(correction) = args.correction {
         settings.correction = correction;
     }
+    check_outputs(args, &settings)?;
     let stations = stations(args)?;
     let reference = Reference::of(&settings)?;
     let run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
@@ -138,6 +140,19 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
         None => writeln!(told(), "Next: --html path.html draws it; docs/surveys.md says how to read it.")?,
     }
     Ok(())
+}
+
+/// Refuses to overwrite an input, and to write two results to one file.
+fn check_outputs(args: &SurveyArgs, settings: &RunSettings) -> Result<(), Failure> {
+    let outputs = [&args.csv, &args.plain, &args.witsml1, &args.witsml2, &args.las, &args.json, &args.html];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(AsRef::as_ref).collect();
+    let reference = match &settings.reference {
+        ReferenceSettings::Coefficients { path } | ReferenceSettings::File { path } => Some(path),
+        _ => None,
+    };
+    let further = [args.run.as_ref(), args.depth.as_ref(), reference].into_iter().flatten();
+    let inputs: Vec<&Path> = std::iter::once(&args.input).chain(further).map(AsRef::as_ref).collect();
+    none_overwritten(&outputs, &inputs)
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {

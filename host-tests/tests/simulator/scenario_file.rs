@@ -1,4 +1,4 @@
-use super::ideal::attitude;
+use super::{ideal::attitude, rig::program::mwd};
 use mwd::{
     commands::simulate::SimulateArgs,
     simulate::{Scenario, ScenarioError, simulate},
@@ -25,6 +25,32 @@ fn the_command_writes_a_trace_that_reads_back() {
         assert_eq!((a.t_us, a.gyro_rad_s, a.accel_m_s2, a.mag_ut), (b.t_us, b.gyro_rad_s, b.accel_m_s2, b.mag_ut));
     }
     assert!(attitude(&read, 1_400).angle_to(&attitude(&simulated, 1_400)) < 1e-6);
+}
+
+#[test]
+fn no_output_overwrites_the_scenario_or_another_one() {
+    const SCENARIO: &str = "duration_s = 15.0\n[rotation]\nmean_rpm = 60\n";
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let (scenario, trace, picture) = (at("short.toml"), at("short.csv"), at("short.svg"));
+    std::fs::create_dir(at("inner")).unwrap();
+    std::fs::write(&scenario, SCENARIO).unwrap();
+    let same = at("inner/../short.toml");
+    for (outputs, told) in [
+        (vec!["-o", &same], "would overwrite what is read"),
+        (vec!["-o", &trace, "--plot-rate", &scenario], "would overwrite what is read"),
+        (vec!["-o", &trace, "--plot-error", &scenario], "would overwrite what is read"),
+        (vec!["-o", &trace, "--plot-rate", &trace], "would overwrite another one"),
+        (vec!["-o", &trace, "--plot-rate", &picture, "--plot-error", &picture], "would overwrite another one"),
+    ] {
+        let output = mwd(&[&["simulate", &scenario][..], &outputs].concat());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(told), "{outputs:?}: {said}");
+        assert_eq!(std::fs::read_to_string(&scenario).unwrap(), SCENARIO);
+        assert!(!std::path::Path::new(&trace).exists(), "{outputs:?}");
+    }
+    let output = mwd(&["simulate", &scenario, "-o", "/dev/null", "--plot-rate", "/dev/null"]);
+    assert!(output.status.success(), "no file is overwritten: {output:?}");
 }
 
 #[test]

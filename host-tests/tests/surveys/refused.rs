@@ -85,3 +85,21 @@ fn a_file_of_depths_that_no_station_needs_is_refused() {
     let (done, text) = said_with(RUN, &csv(HEADER, &ROWS), &["--depth", "depths.csv"]);
     assert!(!done && text.contains("depths.csv: every station has a depth of its own: leave out --depth"), "{text}");
 }
+
+#[test]
+fn no_output_overwrites_an_input_or_another_one() {
+    let with_table = format!("{RUN}[reference]\nmodel = \"file\"\npath = \"ifr.csv\"\n");
+    for option in ["--csv", "--plain", "--witsml1", "--witsml2", "--las", "--json", "--html"] {
+        for input in ["stations.csv", "run.toml", "ifr.csv"] {
+            let (done, text) = said_with(&with_table, &csv(HEADER, &ROWS), &[option, input]);
+            let told = format!("{input}: the result would overwrite what is read");
+            assert!(!done && text.contains(&told), "{option} {input}: {text}");
+        }
+    }
+    let by_time =
+        csv(&HEADER.replace("md_m", "t_s"), &ROWS.map(|row| row.replacen('6', "", 1)).each_ref().map(|r| &**r));
+    let (done, text) = said_with(RUN, &by_time, &["--depth", "depths.csv", "--csv", "depths.csv"]);
+    assert!(!done && text.contains("depths.csv: the result would overwrite what is read"), "{text}");
+    let (done, text) = said_with(RUN, &csv(HEADER, &ROWS), &["--csv", "out", "--json", "./out"]);
+    assert!(!done && text.contains("./out: the result would overwrite another one"), "{text}");
+}
