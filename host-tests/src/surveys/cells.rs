@@ -13,10 +13,7 @@ pub(super) fn line(record: &StringRecord) -> u64 {
 /// Number in a row's column.
 pub(super) fn number(header: &StringRecord, record: &StringRecord, column: usize) -> Result<f64, String> {
     let cell = record.get(column).unwrap_or_default();
-    let told = |why: &str| {
-        let name = header.get(column).unwrap_or_default().trim_start_matches('\u{feff}');
-        format!("line {}: column {name}: {cell:?} {why}", line(record))
-    };
+    let told = |why: &str| told(header, record, column, why);
     match cell.parse::<f64>() {
         Ok(x) if NULLS.contains(&x) => Err(told("stands for no value: leave out the row, or give the value")),
         Ok(x) if x.is_finite() => Ok(x),
@@ -25,6 +22,28 @@ pub(super) fn number(header: &StringRecord, record: &StringRecord, column: usize
         }
         _ => Err(told("is no number: leave out the row, or give the value")),
     }
+}
+
+/// Angle in a row's column, degrees, which must be in a range.
+pub(super) fn degrees_within(
+    header: &StringRecord,
+    record: &StringRecord,
+    column: usize,
+    [least, most]: [f64; 2],
+) -> Result<f64, String> {
+    let x = number(header, record, column)?;
+    if (least..=most).contains(&x) {
+        Ok(x)
+    } else {
+        Err(told(header, record, column, &format!("is out of range: must be {least} to {most} deg")))
+    }
+}
+
+/// What is wrong with the cell of a row's column, with its place.
+fn told(header: &StringRecord, record: &StringRecord, column: usize, why: &str) -> String {
+    let name = header.get(column).unwrap_or_default().trim_start_matches('\u{feff}');
+    let cell = record.get(column).unwrap_or_default();
+    format!("line {}: column {name}: {cell:?} {why}", line(record))
 }
 
 /// Why a row could not be cut into cells.

@@ -4,11 +4,17 @@
 use nalgebra::Vector3;
 
 use super::{
-    cells::{line, number, table, unread},
+    cells::{degrees_within, line, number, table, unread},
     measured::Measured,
     station_columns::{Columns, columns},
 };
 use crate::failure::Failure;
+
+/// Range of an inclination, degrees.
+const INCLINATION_DEG: [f64; 2] = [0.0, 180.0];
+
+/// Range of an azimuth, degrees: a turn beyond 0 to 360 on either side is a convention, more is no azimuth.
+const AZIMUTH_DEG: [f64; 2] = [-360.0, 720.0];
 
 /// One row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,8 +70,8 @@ fn row(columns: &Columns, header: &csv::StringRecord, record: &csv::StringRecord
     let measured = match (columns.six, columns.angles) {
         (Some([force, field]), _) => Measured::SixAxis { force_m_s2: three(force)?, field_ut: three(field)? },
         (None, Some([inclination, azimuth])) => Measured::Angles {
-            inclination_rad: number(inclination)?.to_radians(),
-            magnetic_azimuth_rad: number(azimuth)?.to_radians(),
+            inclination_rad: degrees_within(header, record, inclination, INCLINATION_DEG)?.to_radians(),
+            magnetic_azimuth_rad: degrees_within(header, record, azimuth, AZIMUTH_DEG)?.to_radians(),
         },
         (None, None) => return Err("no measurement".to_owned()),
     };
@@ -119,6 +125,28 @@ mod tests {
                 panic!("six axes")
             };
             assert!((a - c).norm() < 1e-12 && (b - d).norm() < 1e-12 && theirs[0].md_m == Some(100.0), "{theirs:?}");
+        }
+    }
+
+    #[test]
+    fn angles_out_of_their_range_are_told_with_their_place() {
+        let with = |inclination: &str, azimuth: &str| {
+            read(&format!("md_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n2,{inclination},{azimuth}\n"))
+        };
+        for inclination in ["-2", "-0.01", "180.01", "200"] {
+            let error = with(inclination, "3").unwrap_err().to_string();
+            let told =
+                format!("line 3: column inclination_deg: \"{inclination}\" is out of range: must be 0 to 180 deg");
+            assert_eq!(error, told);
+        }
+        for azimuth in ["-360.5", "721", "1e9"] {
+            let error = with("2", azimuth).unwrap_err().to_string();
+            let told =
+                format!("line 3: column magnetic_azimuth_deg: \"{azimuth}\" is out of range: must be -360 to 720 deg");
+            assert_eq!(error, told);
+        }
+        for (inclination, azimuth) in [("0", "-360"), ("-0.0", "-90"), ("180", "720")] {
+            assert!(with(inclination, azimuth).is_ok(), "{inclination} {azimuth}");
         }
     }
 

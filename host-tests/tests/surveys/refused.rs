@@ -103,3 +103,11 @@ fn no_output_overwrites_an_input_or_another_one() {
     let (done, text) = said_with(RUN, &csv(HEADER, &ROWS), &["--csv", "out", "--json", "./out"]);
     assert!(!done && text.contains("./out: the result would overwrite another one"), "{text}");
 }
+
+#[test]
+fn an_angle_out_of_its_range_is_told_with_its_place() {
+    let angles = csv("md_m,inclination_deg,magnetic_azimuth_deg", &["600,2,40", "629,200,40"]);
+    let (done, text) = said(RUN, &angles);
+    let told = "stations.csv: line 3: column inclination_deg: \"200\" is out of range: must be 0 to 180 deg";
+    assert!(!done && text.contains(told), "{text}");
+}
