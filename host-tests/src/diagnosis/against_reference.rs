@@ -85,20 +85,21 @@ pub fn against_reference(
     Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time, totals }))
 }
 
-/// Returns true if the reference is dense enough to test against: at least half of the samples have one. Rates are
-/// taken from samples beside each other.
+/// Returns true if the reference is dense enough to test against, wherever there is one: rates are taken from samples
+/// beside each other, so at least half of those with a reference stand beside another.
 #[must_use]
 pub fn has_dense_reference(trace: &Trace) -> bool {
     let filled = trace.reference.iter().flatten().count();
-    filled >= 2 && 2 * filled >= trace.len()
+    let pairs = trace.reference.windows(2).filter(|pair| pair.iter().all(Option::is_some)).count();
+    pairs > 0 && 2 * pairs >= filled
 }
 
-/// Why a reference at too few samples is refused.
+/// Why a reference at samples apart is refused.
 fn too_few(trace: &Trace) -> Failure {
     let (filled, all) = (trace.reference.iter().flatten().count(), trace.len());
     Failure::BadInput(format!(
-        "{}: the reference covers only {filled} of {all} samples: --against-reference takes rates from neighbouring rows, \
-         and needs qw, qx, qy, qz in at least half of them",
+        "{}: the reference covers only {filled} of {all} samples, hardly two of them in a row: --against-reference takes \
+         rates from neighbouring rows, and needs qw, qx, qy, qz at the rate of the samples",
         trace.path.display()
     ))
 }
