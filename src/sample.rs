@@ -108,6 +108,15 @@ pub enum Reading {
 pub(crate) const BEYOND_ANY_GYRO_RAD_S: f32 = 1e3;
 pub(crate) const BEYOND_ANY_ACCEL_M_S2: f32 = 1e4;
 pub(crate) const BEYOND_ANY_MAG_UT: f32 = 1e4;
+/// Lowest and highest temperature of a probe's electronics, degrees Celsius: storage limits of parts for drilling
+/// (silicon-on-insulator parts end at 225 to 250).
+pub(crate) const TEMPERATURES_C: [f32; 2] = [-65.0, 250.0];
+
+/// Returns true for a temperature that a probe's electronics can have; a NaN is none.
+pub(crate) fn is_temperature(celsius: f32) -> bool {
+    let [coldest, hottest] = TEMPERATURES_C;
+    (coldest..=hottest).contains(&celsius)
+}
 
 /// One reading of all sensors in SI units, in the body frame, uncompensated.
 ///
@@ -144,8 +153,7 @@ impl Sample {
         }
     }
 
-    /// Returns the sample with every sensor field that is not finite, or beyond any sensor, zeroed and
-    /// flagged missing, so that no NaN enters a state and no infinity arises in one. A sample with a fault
+    /// Returns the sample with every field that is not finite, or beyond any sensor, zeroed and flagged missing, so that no NaN enters a state and no infinity arises in one. A sample with a fault
     /// loses all its readings.
     #[must_use]
     pub fn sanitised(mut self) -> Self {
@@ -160,7 +168,7 @@ impl Sample {
         guard(&mut self.gyro_rad_s, BEYOND_ANY_GYRO_RAD_S, SampleFlags::GYRO_MISSING, &mut self.flags);
         guard(&mut self.accel_m_s2, BEYOND_ANY_ACCEL_M_S2, SampleFlags::ACCEL_MISSING, &mut self.flags);
         guard(&mut self.mag_ut, BEYOND_ANY_MAG_UT, SampleFlags::MAG_MISSING, &mut self.flags);
-        if !self.temperature_c.is_finite() || self.flags.contains(SampleFlags::TEMPERATURE_MISSING) {
+        if !is_temperature(self.temperature_c) || self.flags.contains(SampleFlags::TEMPERATURE_MISSING) {
             self.temperature_c = 0.0;
             self.flags.insert(SampleFlags::TEMPERATURE_MISSING);
         }
@@ -183,6 +191,10 @@ mod tests {
         let clean = sample.sanitised();
         assert_eq!(clean.flags, SampleFlags::GYRO_MISSING | SampleFlags::TEMPERATURE_MISSING);
         assert_eq!(clean.gyro_rad_s, [0.0; 3]);
+        for (celsius, missing) in [(-9_999.0, true), (-40.0, false), (200.0, false), (1e30, true)] {
+            let sample = Sample { temperature_c: celsius, ..Sample::default() }.sanitised();
+            assert_eq!(sample.flags.contains(SampleFlags::TEMPERATURE_MISSING), missing, "{celsius}");
+        }
         let absurd = Sample { mag_ut: [0.0, -1e30, 0.0], ..clean }.sanitised();
         assert_eq!(absurd.flags, clean.flags | SampleFlags::MAG_MISSING);
         assert_eq!(clean.accel_m_s2, [0.0, 0.0, 9.8]);

@@ -138,7 +138,7 @@ impl<B: Board> Application<'_, B> {
         let bounds = |_| CommandRefusal::Malformed;
         match command {
             Command::SelfTest => {
-                let storage_holds = memory.as_mut().map(|memory| memory.verify());
+                let storage_holds = memory.as_mut().map(|memory| memory.verify()).transpose()?;
                 commands.self_test.clear();
                 // Just emptied, so there is room.
                 let _ =

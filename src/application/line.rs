@@ -199,7 +199,7 @@ impl Line {
     /// Moves waiting results into the queue, where there is room.
     #[inline(never)]
     pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, burst: &mut Burst) {
-        let queue = &mut self.queue;
+        let (queue, mut lost) = (&mut self.queue, 0);
         // Once there is room for the longest of these results, none is refused.
         if queue.results_room() >= RESULT
             && let Some(report) = self.window.pop()
@@ -209,19 +209,24 @@ impl Line {
         }
         if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::STATIONARY);
-            let _ = surveyor.stationary().map(|report| queue.push_result(now_us, report));
+            // A surveyor that has begun anew has it no more.
+            let sent = surveyor.stationary().map(|report| queue.push_result(now_us, report));
+            lost += u32::from(sent.is_none());
         }
         if self.surveys.contains(SurveyNews::ROTATING) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::ROTATING);
-            let _ = surveyor.rotating().map(|report| queue.push_result(now_us, report));
+            let sent = surveyor.rotating().map(|report| queue.push_result(now_us, report));
+            lost += u32::from(sent.is_none());
         }
         if self.surveys.contains(SurveyNews::DYNAMICS) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::DYNAMICS);
-            let _ = surveyor.dynamics().map(|window| queue.push_result(now_us, window));
+            let sent = surveyor.dynamics().map(|window| queue.push_result(now_us, window));
+            lost += u32::from(sent.is_none());
         }
         if self.surveys.contains(SurveyNews::TOOLFACE) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::TOOLFACE);
-            let _ = surveyor.sliding_toolface().map(|toolface| queue.push_result(now_us, toolface));
+            let sent = surveyor.sliding_toolface().map(|toolface| queue.push_result(now_us, toolface));
+            lost += u32::from(sent.is_none());
         }
         if self.surveys.contains(SurveyNews::DOSE) && queue.results_room() >= RESULT {
             self.surveys.remove(SurveyNews::DOSE);
@@ -234,6 +239,7 @@ impl Line {
         {
             let _ = queue.push_result(now_us, &part);
         }
+        self.results_lost = self.results_lost.saturating_add(lost);
     }
 
     fn lost_unless(&mut self, kept: bool) {

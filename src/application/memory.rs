@@ -164,8 +164,14 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Returns true if the flash holds what it should.
-    pub(super) fn verify(&mut self) -> bool {
-        matches!(self.store.verify(), Ok(true))
+    ///
+    /// # Errors
+    /// A record is being written.
+    pub(super) fn verify(&mut self) -> Result<bool, CommandRefusal> {
+        match self.store.verify() {
+            Err(StorageError::Busy) => Err(CommandRefusal::Busy),
+            holds => Ok(matches!(holds, Ok(true))),
+        }
     }
 
     /// Returns the flown model if it is not the factory's.

@@ -206,6 +206,11 @@ impl<T: Real> Builder<T> {
             (self.is_lost, self.silent_s) = (false, T::ZERO);
             self.add(self.period_s, &rate, [None, force], field);
         } else {
+            if !is_whole {
+                // This rate is held for one that was not read, and is as uncertain as it is large: a clipped one was larger.
+                let [_, turn] = self.sums.turn(&rate, unread_s);
+                self.sums.unread_turn += square(&turn);
+            }
             self.add(interval_s, &rate, [force_before, force], field);
         }
         if self.sums.samples < self.per_increment && self.sums.turned < T::of(LONGEST_TURN_RAD) {
@@ -278,3 +283,6 @@ impl<T: Real> Builder<T> {
         self.sums.add(seconds, [&centred, &turn], &at, forces, field);
     }
 }
+
+#[cfg(test)]
+mod tests;

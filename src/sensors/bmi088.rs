@@ -185,11 +185,16 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
             };
             burst.push(Frame { codes: [Some(rate), accel], temperature: self.temperature });
         }
+        if burst.overrun && burst.left == 0 {
+            // Only this takes the flag back (5.5.4); it empties the FIFO, too, in which nothing is left.
+            self.gyro.register_write(gyro::FIFO_CONFIG_1, gyro::STREAM)?;
+        }
         Ok(())
     }
 
     fn is_configured(&mut self) -> Result<bool, Self::Error> {
         Ok(self.accel.register_read(accel::CONF)? == accel::NORMAL_200_HZ
+            && self.accel.register_read(accel::PWR_CTRL)? == accel::ON
             && self.gyro.register_read(gyro::FIFO_CONFIG_1)? == gyro::STREAM)
     }
 }

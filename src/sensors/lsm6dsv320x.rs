@@ -144,17 +144,23 @@ impl<B: BusOperation> Part<2> for Lsm6dsv320x<B> {
             CounterBdrReg1::new().with_xl_hg_batch_en(high_g).into_bits(),
         ];
         let high_g_control = Ctrl1XlHg::new().with_fs_xl_hg(HgXlFullScale::_320g as u8).with_odr_xl_hg(high_g_rate);
-        let writes: [(Reg, &[u8]); 6] = [
-            (Reg::Int1Ctrl, &[Int1Ctrl::new().with_int1_fifo_th(1).into_bits()]),
-            (Reg::Ctrl6, &[Ctrl6::new().with_fs_g(GyFullScale::_2000dps as u8).into_bits()]),
-            (Reg::Ctrl8, &[Ctrl8::new().with_fs_xl(XlFullScale::_16g as u8).into_bits()]),
-            (Reg::Ctrl1XlHg, &[high_g_control.into_bits()]),
-            (Reg::Ctrl1, &self.settings()),
-            (Reg::FifoCtrl1, &fifo),
+        let ranges = [
+            (Reg::Ctrl6, Ctrl6::new().with_fs_g(GyFullScale::_2000dps as u8).into_bits()),
+            (Reg::Ctrl8, Ctrl8::new().with_fs_xl(XlFullScale::_16g as u8).into_bits()),
+            (Reg::Ctrl1XlHg, high_g_control.into_bits()),
         ];
-        for (register, values) in writes {
-            self.bus.write_to_register(register as u8, values).await?;
+        self.bus.write_to_register(Reg::Int1Ctrl as u8, &[Int1Ctrl::new().with_int1_fifo_th(1).into_bits()]).await?;
+        for (register, value) in ranges {
+            let register = register as u8;
+            self.bus.write_to_register(register, &[value]).await?;
+            let mut taken = [0];
+            self.bus.read_from_register(register, &mut taken).await?;
+            if taken != [value] {
+                return Err(StartError::NotTaken { register });
+            }
         }
+        self.bus.write_to_register(Reg::Ctrl1 as u8, &self.settings()).await?;
+        self.bus.write_to_register(Reg::FifoCtrl1 as u8, &fifo).await?;
         let mut taken = [0; 5];
         self.bus.read_from_register(Reg::FifoCtrl1 as u8, &mut taken).await?;
         if taken != fifo {

@@ -4,6 +4,7 @@ use super::{StoredModel, fingerprint};
 use crate::{
     compensation::{Effect, GyroModel},
     config::Config,
+    sample::TEMPERATURES_C,
 };
 use nalgebra::Vector3;
 
@@ -11,10 +12,6 @@ use nalgebra::Vector3;
 /// 30 % of scale, 15 % of coupling and 6 deg/s of bias. A common part's data sheet allows 3 %, 2 % and 5 deg/s
 /// (MPU-9250 product specification PS-MPU-9250A-01, section 3.1), so a larger distance is not wear.
 const PLAUSIBLE_SIGMAS: f32 = 5.0;
-
-/// Lowest and highest temperature of a probe's electronics, degrees Celsius: storage limits of parts for drilling
-/// (silicon-on-insulator parts end at 225 to 250).
-const TEMPERATURES_C: [f32; 2] = [-65.0, 250.0];
 
 /// Limits for a stored model.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ use super::{StoreReason, StoredModel, fingerprint};
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
     identification::{Decision, Refusal, WindowReport},
-    sample::{Sample, SampleFlags},
+    sample::{Sample, SampleFlags, is_temperature},
 };
 
 /// Windows in succession that have to leave P as it is, within its deviations. A window closes every 25 s, so P has
@@ -59,7 +59,7 @@ impl StabilityGate {
     /// Notes a sample's temperature.
     pub fn sample(&mut self, sample: &Sample) {
         let t = sample.temperature_c;
-        if sample.flags.intersects(SampleFlags::TEMPERATURE_MISSING | SampleFlags::FAULT) || !t.is_finite() {
+        if sample.flags.intersects(SampleFlags::TEMPERATURE_MISSING | SampleFlags::FAULT) || !is_temperature(t) {
             return;
         }
         let [low, high] = self.range_c.unwrap_or([t, t]);

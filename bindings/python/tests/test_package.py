@@ -150,6 +150,9 @@ def test_wrong_input_says_what_is_wrong(tmp_path):
         mwd.trace([0, 0.005, 0.01, 0.015, 0.02, 0.01, 0.03, 0.04, 0.05, 0.06], good, good)
     with pytest.raises(ValueError, match="nobody is no key"):
         mwd.trace(np.arange(10) * 0.01, good, good, nobody=1)
+    table = {"t_s": np.arange(10) * 0.01, **{name: np.ones(10) for name in "gx gy gz ax ay az".split()}}
+    with pytest.raises(TypeError, match="mx my mz"):
+        mwd.trace(table, mag=good)
     with pytest.raises(ValueError, match="cannot be opened"):
         mwd.read(tmp_path / "none.csv")
     with pytest.raises(ValueError, match="hold_out"):

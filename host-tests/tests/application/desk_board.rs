@@ -5,11 +5,12 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     application::{
         Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, SampleConsumer,
-        SampleQueue, Settings, Stage, Statics,
+        SampleQueue, Settings, Stage, Statics, provision,
     },
     config::SurveyConfig,
+    storage::FactoryRecord,
     survey::Surveyor,
-    telemetry::{FrameDecoder, MAX_DECODED, Message, ProbeId, ResetReason, StreamConfig},
+    telemetry::{CommandRefusal, FrameDecoder, MAX_DECODED, Message, ProbeId, ResetReason, StreamConfig},
 };
 use mwd::target::mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
@@ -79,6 +80,8 @@ struct Machine<'q> {
     counts: &'q AcquisitionCounts,
     noise: Xoshiro128PlusPlus,
     given: u64,
+    /// Region of the factory's records.
+    factory: MockFlash,
     decoder: FrameDecoder<MAX_DECODED>,
     seen: Seen,
 }
@@ -106,6 +109,7 @@ pub fn fly(desk: Desk, seconds: u64) -> Seen {
         counts: &counts,
         noise: Xoshiro128PlusPlus::seed_from_u64(1),
         given: 0,
+        factory: MockFlash::new(1, 1),
         decoder: FrameDecoder::new(),
         seen: Seen::default(),
     };
@@ -217,6 +221,10 @@ impl Board for Machine<'_> {
 
     fn identity(&self) -> ProbeId {
         PROBE
+    }
+
+    fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
+        provision(&mut self.factory, record, only_check)
     }
 
     fn stack_bytes(&self) -> [u32; 2] {

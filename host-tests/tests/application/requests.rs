@@ -1,7 +1,11 @@
 //! Requests of a host without a key: one that asks without end, one that does not read.
 
 use super::desk_board::{Desk, fly};
-use meerkat_mwd::telemetry::{Command, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, encode_frame, encode_payload};
+use meerkat_mwd::{
+    compensation::{GyroModel, VectorModel},
+    storage::{FactoryCalibration, FactoryRecord},
+    telemetry::{Command, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, encode_frame, encode_payload},
+};
 
 /// The same eleven bytes as fast as the line takes them: each asks for a boot of 530. The survey of the rest comes all
 /// the same, at once.
@@ -55,4 +59,32 @@ fn a_host_that_did_not_read_gets_its_answer() {
     let found =
         late.clone().any(|(_, message)| matches!(message, Message::Health(health) if health.self_test.is_some()));
     assert!(answered && found, "answered: {answered}, found: {found}");
+}
+
+/// A calibration is written, and the flight starts anew from it. Whoever sends it again, without the key and while the
+/// tool drills, has his answer and changes nothing.
+#[test]
+fn a_calibration_that_the_probe_holds_starts_no_flight_anew() {
+    let (mut payload, mut buffer) = ([0; MAX_PAYLOAD], [0; MAX_FRAME]);
+    let (accel, mag) = (VectorModel::IDENTITY, VectorModel::IDENTITY);
+    let calibration = FactoryCalibration { gyro: GyroModel::IDENTITY, accel, mag, serial_number: 7 };
+    let record = FactoryRecord::Calibration(calibration);
+    let payload = encode_payload(&Command::Provision { record, only_check: false }, &mut payload).unwrap();
+    let mut bytes = Vec::new();
+    for sequence in 1..=3 {
+        bytes.extend(encode_frame(Kind::Command, sequence, payload, &mut buffer).unwrap());
+    }
+    let mut sent = 0;
+    let line = move |now_us| {
+        let byte = bytes.get(sent).filter(|_| now_us > 3_000_000).copied();
+        sent += usize::from(byte.is_some());
+        byte
+    };
+    let seen = fly(Desk { line: Box::new(line), ..Desk::default() }, 8);
+    let boots = seen.messages.iter().filter(|(_, message)| matches!(message, Message::Boot(_))).count();
+    let accepted = seen.messages.iter().filter(|(_, message)| match message {
+        Message::Acknowledgement(answer) => answer.outcome == Outcome::Accepted,
+        _ => false,
+    });
+    assert_eq!((accepted.count(), boots), (3, 2), "one boot of the start, one of the calibration");
 }

@@ -77,6 +77,8 @@ def trace(
         keys: Keys of a trace's header, for instance ``body_frame="tool"``.
     """
     if gyr is None:
+        if not (acc is None and mag is None and temperature is None):
+            raise TypeError("a table has acc, mag and temperature as columns: ax ay az, mx my mz, temp_c")
         table: Any = t_s
 
         def three(names: str) -> NDArray[_np.float64]:

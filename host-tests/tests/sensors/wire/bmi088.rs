@@ -27,11 +27,13 @@ fn start_and_one_burst() {
         write(0x41, 0x03),
         accel_read(0x41, 0x03),
         accel_read(0x40, 0xA9),
+        accel_read(0x7D, 0x04),
         // -1 in eleven bits is an eighth of a degree under 23.
         accel_vector(0x22, [0xFF, 0xE0, 0, 0, 0, 0]),
         accel_read(0x03, 0x80),
         accel_vector(0x12, [1, 0, 0xFE, 0xFF, 0x34, 0x12]),
         accel_read(0x40, 0xA9),
+        accel_read(0x7D, 0x04),
     ]);
     let mut gyro = mock(&[
         gyro_read(0x00, 0x0F),
@@ -48,6 +50,8 @@ fn start_and_one_burst() {
         gyro_read(0x0E, 0x82),
         gyro_vector(0x3F, [4, 0, 5, 0, 6, 0]),
         gyro_vector(0x3F, [7, 0, 8, 0, 0xF7, 0xFF]),
+        // Takes the overrun back.
+        write(0x3E, 0x80),
         gyro_read(0x3E, 0x80),
     ]);
     let mut part = Bmi088::new(accel.clone(), gyro.clone());
