@@ -15,9 +15,9 @@ use nalgebra::{Quaternion, Vector3};
 
 /// Time constant that smooths |G|, |B| and dip, seconds: over the periods of vibration, and as fast as an eye reads.
 const SMOOTHING_S: f32 = 1.0;
-/// Age of the last reading from which on |G|, |B| and dip are not known, microseconds: slow magnetometers are read 8
-/// times a second, and an eye takes a second for the present.
-const OLDEST_US: u64 = 1_000_000;
+/// Age of the last reading from which on |G|, |B| and dip are not known, seconds: slow magnetometers are read 8 times a
+/// second, and an eye takes a second for the present.
+const OLDEST_S: f32 = 1.0;
 
 /// Latest attitude, with smoothed |G|, |B| and dip.
 pub(crate) struct Continuous {
@@ -44,20 +44,20 @@ impl Continuous {
         }
     }
 
-    pub(crate) fn push(&mut self, input: &SurveyInput) {
-        let now_us = input.t_us;
-        self.last = input.attitude.map(|attitude| (now_us, attitude));
+    pub(crate) fn push(&mut self, input: &SurveyInput, step_s: f32) {
+        [&mut self.gravity, &mut self.field, &mut self.dip].into_iter().for_each(|smooth| smooth.unread_s += step_s);
+        self.last = input.attitude.map(|attitude| (input.t_us, attitude));
         self.temperature_c = input.temperature_c;
         if let Some(force) = input.force_m_s2 {
             self.force_m_s2 = force.into();
-            self.gravity.add(libm::sqrtf(self.force_m_s2.norm_squared()), now_us);
+            self.gravity.add(libm::sqrtf(self.force_m_s2.norm_squared()));
         }
         if let (Some(field), Some(attitude)) = (input.field_ut, &input.attitude) {
             self.field_ut = field.into();
-            self.field.add(libm::sqrtf(self.field_ut.norm_squared()), now_us);
+            self.field.add(libm::sqrtf(self.field_ut.norm_squared()));
             let [w, x, y, z] = attitude.q;
             let ned = rotate(&Quaternion::new(w, x, y, z), &self.field_ut);
-            self.dip.add(libm::atan2f(ned.z, libm::sqrtf(ned.x * ned.x + ned.y * ned.y)), now_us);
+            self.dip.add(libm::atan2f(ned.z, libm::sqrtf(ned.x * ned.x + ned.y * ned.y)));
         }
     }
 
@@ -69,8 +69,8 @@ impl Continuous {
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<Survey> {
         let (t_us, attitude) = self.last.as_ref()?;
-        let field = self.field.value(*t_us);
-        let dip = self.dip.value(*t_us);
+        let field = self.field.value();
+        let dip = self.dip.value();
         let horizontal_ut = match (field, dip, earth.magnetic_field_ut, earth.dip_rad) {
             (Some(total), Some(dip), ..) | (.., Some(total), Some(dip)) => total * sine_and_cosine(dip).1,
             _ => 0.0,
@@ -87,12 +87,12 @@ impl Continuous {
         };
         let [of_gravity, of_total] = [(&self.force_m_s2, of_force), (&self.field_ut, of_field)]
             .map(|(v, covariance)| along(v, v.dot(&(covariance * v))));
-        survey.gravity_m_s2 = self.gravity.uncertain(*t_us, of_gravity);
-        survey.field_ut = self.field.uncertain(*t_us, of_total);
+        survey.gravity_m_s2 = self.gravity.uncertain(of_gravity);
+        survey.field_ut = self.field.uncertain(of_total);
         // Both directions across the field are equally uncertain, and so are horizon and inclination.
         let across = along(&self.field_ut, of_field.trace() / 3.0);
         let tilt = attitude.sigma_inclination_rad * attitude.sigma_inclination_rad;
-        survey.dip_rad = self.dip.uncertain(*t_us, across + tilt);
+        survey.dip_rad = self.dip.uncertain(across + tilt);
         survey.temperature_c = self.temperature_c;
         survey.rotating = rotating;
         Some(survey)
@@ -146,20 +146,19 @@ struct Smooth {
     variance: f32,
     /// Time that the mean spans, at most some [`SMOOTHING_S`], seconds; negative before the first reading.
     age_s: f32,
-    /// Time of the last reading, microseconds.
-    last_us: u64,
+    /// Time since the last reading, seconds.
+    unread_s: f32,
 }
 
 impl Smooth {
-    const NONE: Self = Self { mean: 0.0, variance: 0.0, age_s: -1.0, last_us: 0 };
+    const NONE: Self = Self { mean: 0.0, variance: 0.0, age_s: -1.0, unread_s: 0.0 };
 
-    fn add(&mut self, x: f32, now_us: u64) {
-        if !self.is_known(now_us) {
-            *self = Self { mean: x, variance: 0.0, age_s: 0.0, last_us: now_us };
+    fn add(&mut self, x: f32) {
+        if !self.is_known() {
+            *self = Self { mean: x, variance: 0.0, age_s: 0.0, unread_s: 0.0 };
             return;
         }
-        let step_s = now_us.saturating_sub(self.last_us) as f32 * 1e-6;
-        self.last_us = now_us;
+        let step_s = core::mem::replace(&mut self.unread_s, 0.0);
         // Until one time constant has passed, `mean` is the mean of all values.
         self.age_s += if self.age_s < SMOOTHING_S { step_s } else { 0.0 };
         let k = if self.age_s + step_s > 0.0 { step_s / (self.age_s + step_s) } else { 0.5 };
@@ -168,17 +167,17 @@ impl Smooth {
         self.variance = (1.0 - k) * (self.variance + k * d * d);
     }
 
-    const fn is_known(&self, now_us: u64) -> bool {
-        self.age_s >= 0.0 && now_us.saturating_sub(self.last_us) < OLDEST_US
+    const fn is_known(&self) -> bool {
+        self.age_s >= 0.0 && self.unread_s < OLDEST_S
     }
 
-    fn value(&self, now_us: u64) -> Option<f32> {
-        self.is_known(now_us).then_some(self.mean)
+    fn value(&self) -> Option<f32> {
+        self.is_known().then_some(self.mean)
     }
 
     /// Returns the mean; its sigma combines the scatter of single readings with the sensors' `variance`.
-    fn uncertain(&self, now_us: u64, variance: f32) -> Option<Uncertain> {
-        self.value(now_us).map(|value| Uncertain { value, sigma: libm::sqrtf(self.variance + variance) })
+    fn uncertain(&self, variance: f32) -> Option<Uncertain> {
+        self.value().map(|value| Uncertain { value, sigma: libm::sqrtf(self.variance + variance) })
     }
 }
 

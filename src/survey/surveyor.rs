@@ -61,9 +61,9 @@ impl Surveyor {
     #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.surveys.follow(input.t_us) {
-            Step::Forward => {
+            Step::Forward(step_s) => {
                 let input = input.sanitised();
-                let news = self.surveys.take(&input);
+                let news = self.surveys.take(&input, step_s);
                 news | self.drilling.push(&input, &self.surveys)
             }
             Step::Afresh => {

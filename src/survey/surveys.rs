@@ -34,8 +34,8 @@ pub(super) enum Step {
     Refused,
     /// The clock has gone back for good: all surveys began anew, and the sample is not taken.
     Afresh,
-    /// The sample is taken.
-    Forward,
+    /// Seconds since the sample before.
+    Forward(f32),
 }
 
 /// Computes surveys alone, in 1.8 KB, for a microcontroller with little memory; a [`Surveyor`](super::Surveyor) watches
@@ -101,7 +101,7 @@ impl Surveys {
     #[inline(never)]
     pub fn push(&mut self, input: &SurveyInput) -> SurveyNews {
         match self.follow(input.t_us) {
-            Step::Forward => self.take(&input.sanitised()),
+            Step::Forward(step_s) => self.take(&input.sanitised(), step_s),
             Step::Refused | Step::Afresh => SurveyNews::empty(),
         }
     }
@@ -120,18 +120,19 @@ impl Surveys {
             }
             return Step::Refused;
         }
+        let step_us = self.last_us.map_or(0, |last| t_us.saturating_sub(last));
         self.last_us = Some(t_us);
-        Step::Forward
+        Step::Forward(step_us as f32 * 1e-6)
     }
 
-    /// Takes a sanitised sample, whose time [`Surveys::follow`] has taken.
-    pub(super) fn take(&mut self, input: &SurveyInput) -> SurveyNews {
+    /// Takes a sanitised sample, `step_s` seconds after the one before.
+    pub(super) fn take(&mut self, input: &SurveyInput, step_s: f32) -> SurveyNews {
         let mut news = SurveyNews::empty();
         let Some((earth, config)) = &self.settings else { return news };
         if let Some(attitude) = &input.attitude {
             self.continuous_toolface.update(attitude.inclination_rad, config);
         }
-        self.continuous.push(input);
+        self.continuous.push(input, step_s);
         if let Some(mut report) = self.stationary.push(input, &mut self.stationary_toolface, (earth, config)) {
             report.quality.mounted(input.mounting_wrong);
             self.last_stationary = Some(report);

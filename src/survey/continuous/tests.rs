@@ -62,7 +62,7 @@ fn magnetic_and_true_azimuth_come_apart_again_and_totals_are_the_fields() {
             attitude: Some(attitude),
             ..SurveyInput::default()
         };
-        continuous.push(&input);
+        continuous.push(&input, 0.005);
     }
     let survey = continuous.survey(ToolfaceSwitch::new(), true, (&earth, &config)).unwrap();
     let value = |x: Option<Uncertain>| x.unwrap().value;
@@ -90,7 +90,7 @@ fn what_is_no_longer_read_is_no_longer_told() {
         let force_m_s2 = (t_s < 5.0).then_some([0.0, -7.0, -6.86]);
         let field_ut = (t_s < 10.0 && k % 25 == 0).then_some([20.0, 4.0, 42.0]);
         let (t_us, attitude) = (u64::from(k) * 5_000, Some(attitude));
-        continuous.push(&SurveyInput { t_us, force_m_s2, field_ut, attitude, ..SurveyInput::default() });
+        continuous.push(&SurveyInput { t_us, force_m_s2, field_ut, attitude, ..SurveyInput::default() }, 0.005);
         let survey = continuous.survey(ToolfaceSwitch::new(), false, (&earth, &config)).unwrap();
         let told = [survey.gravity_m_s2, survey.field_ut, survey.dip_rad];
         told_s.iter_mut().zip(told).for_each(|(time_s, told)| *time_s += if told.is_some() { 0.005 } else { 0.0 });
