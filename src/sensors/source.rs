@@ -19,8 +19,9 @@ pub trait InertialSource {
     fn counters(&self) -> &Counters;
 
     /// Takes the part's measurements that were not handed out yet, oldest first, times strictly increasing,
-    /// and appends them to `out` while it has room for [`BURST_FRAMES`](crate::sensors::BURST_FRAMES) more; the rest stays in the
-    /// part. Also starts the part, and restarts it when it fails: that takes several calls, none of which waits.
+    /// and appends them to `out` while it has room for [`BURST_FRAMES`](crate::sensors::BURST_FRAMES) more; the rest
+    /// stays in the part. Also starts the part, and restarts it when it fails: that takes several calls, none of which
+    /// waits.
     ///
     /// `now_us` is the time of the watermark or data-ready interrupt, microseconds, or that of the call
     /// without an interrupt. It must never be less than in the call before.
