@@ -33,6 +33,7 @@ pub use vector_errors::VectorErrors;
 
 use crate::compensation::{GyroModel, VectorModel};
 use error::all_positive;
+pub(crate) use error::check;
 
 /// Configuration of the whole pipeline: the probe, its sensors and its place on the earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +109,6 @@ impl Config {
     /// # Errors
     /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let positive = |x: f32| x.is_finite() && x > 0.0;
         let optional_positive = |x: Option<f32>| x.is_none_or(positive);
         check((100..=50_000).contains(&self.sample_period_us), "sample_period_us", "100 to 50000 (20 Hz to 10 kHz)")?;

@@ -48,12 +48,12 @@ pub fn provision<F: NorFlash>(region: F, record: &FactoryRecord, only_check: boo
 }
 
 impl<B: Board> Application<'_, B> {
-    /// Writes a record and uses it from now on; a calibration starts the pipeline afresh. A record that the region holds
-    /// already changes nothing.
+    /// Writes a record and uses it from now on; a calibration starts the pipeline afresh. A record that the region
+    /// holds already changes nothing.
     pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         let held = self.board.provision(record, true);
         if only_check || held.is_ok() {
-            // What the region holds is in use since the start: it would start a flight anew for a sender without the key.
+            // What the region holds is in use already: to use it again would start a flight anew for whoever sends it.
             return held;
         }
         self.board.provision(record, false)?;

@@ -10,8 +10,8 @@ use crate::{
     probe::Output,
     survey::{SurveyNews, Surveyor},
     telemetry::{
-        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, ProgramReport, SelfTest,
-        StreamConfig, TelemetryQueue,
+        Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, Payload, ProgramReport,
+        SelfTest, StreamConfig, TelemetryQueue,
     },
 };
 use heapless::Vec;
@@ -199,47 +199,35 @@ impl Line {
     /// Moves waiting results into the queue, where there is room.
     #[inline(never)]
     pub(super) fn queue_results(&mut self, now_us: u64, surveyor: &Surveyor, burst: &mut Burst) {
-        let (queue, mut lost) = (&mut self.queue, 0);
         // Once there is room for the longest of these results, none is refused.
-        if queue.results_room() >= RESULT
+        if self.queue.results_room() >= RESULT
             && let Some(report) = self.window.pop()
         {
             // The temperature is reported with the stored model.
-            let _ = queue.push_result(now_us, &Identification { report, temperature_c: None });
+            let _ = self.queue.push_result(now_us, &Identification { report, temperature_c: None });
         }
-        if self.surveys.contains(SurveyNews::STATIONARY) && queue.results_room() >= RESULT {
-            self.surveys.remove(SurveyNews::STATIONARY);
-            // A surveyor that has begun anew has it no more.
-            let sent = surveyor.stationary().map(|report| queue.push_result(now_us, report));
-            lost += u32::from(sent.is_none());
-        }
-        if self.surveys.contains(SurveyNews::ROTATING) && queue.results_room() >= RESULT {
-            self.surveys.remove(SurveyNews::ROTATING);
-            let sent = surveyor.rotating().map(|report| queue.push_result(now_us, report));
-            lost += u32::from(sent.is_none());
-        }
-        if self.surveys.contains(SurveyNews::DYNAMICS) && queue.results_room() >= RESULT {
-            self.surveys.remove(SurveyNews::DYNAMICS);
-            let sent = surveyor.dynamics().map(|window| queue.push_result(now_us, window));
-            lost += u32::from(sent.is_none());
-        }
-        if self.surveys.contains(SurveyNews::TOOLFACE) && queue.results_room() >= RESULT {
-            self.surveys.remove(SurveyNews::TOOLFACE);
-            let sent = surveyor.sliding_toolface().map(|toolface| queue.push_result(now_us, toolface));
-            lost += u32::from(sent.is_none());
-        }
-        if self.surveys.contains(SurveyNews::DOSE) && queue.results_room() >= RESULT {
-            self.surveys.remove(SurveyNews::DOSE);
-            let _ = queue.push_result(now_us, surveyor.dose());
-        }
+        self.queue_news(now_us, SurveyNews::STATIONARY, surveyor.stationary());
+        self.queue_news(now_us, SurveyNews::ROTATING, surveyor.rotating());
+        self.queue_news(now_us, SurveyNews::DYNAMICS, surveyor.dynamics());
+        self.queue_news(now_us, SurveyNews::TOOLFACE, surveyor.sliding_toolface());
+        self.queue_news(now_us, SurveyNews::DOSE, Some(surveyor.dose()));
         // One piece of a burst at a time, and only when nothing else waits: a result or an answer waits for one piece
         // at most.
-        if !queue.has_results_or_answers()
+        if !self.queue.has_results_or_answers()
             && let Some(part) = burst.take_part()
         {
-            let _ = queue.push_result(now_us, &part);
+            let _ = self.queue.push_result(now_us, &part);
         }
-        self.results_lost = self.results_lost.saturating_add(lost);
+    }
+
+    /// Moves what waits of the surveyor's news into the queue, where there is room; a surveyor that has begun anew has it
+    /// no more.
+    fn queue_news<P: Payload>(&mut self, now_us: u64, news: SurveyNews, latest: Option<&P>) {
+        if self.surveys.contains(news) && self.queue.results_room() >= RESULT {
+            self.surveys.remove(news);
+            let sent = latest.map(|latest| self.queue.push_result(now_us, latest));
+            self.lost_unless(sent.is_some());
+        }
     }
 
     fn lost_unless(&mut self, kept: bool) {

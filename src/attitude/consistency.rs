@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 const CORRELATION_S: f32 = 1.0 / TURNING_RAD_S;
 /// Time constant of the means, seconds: ten independent innovations.
 const MEMORY_S: f32 = 10.0 * CORRELATION_S;
-/// Largest ratio that counts, and that for which a NaN counts: two deviations, beyond which one in twenty is. The mean of
-/// innovations as large as expected is then 0.9.
+/// Largest ratio that counts, and that for which a NaN counts: two deviations, beyond which one in twenty is. The mean
+/// of innovations as large as expected is then 0.9.
 const MOST: f32 = 4.0;
 /// Least ratio that is stated: ten independent innovations cannot show one below a tenth.
 const LEAST: f32 = CORRELATION_S / MEMORY_S;
@@ -19,7 +19,7 @@ const LEAST: f32 = CORRELATION_S / MEMORY_S;
 pub(super) struct Consistency {
     tilt: f32,
     heading: f32,
-    /// That of the heading while the probe turns, which alone shows an error of the field that is constant in the probe.
+    /// That of the heading while the probe turns: it alone shows an error of the field that is constant in the probe.
     turning: f32,
 }
 
@@ -47,9 +47,9 @@ impl Consistency {
     }
 
     /// Scales the expected covariance of the attitude error (NED, rad^2) by the means, and adds the variance of the
-    /// heading that averaging does not reduce (rad^2). Half of that is taken to come from the probe, which shows while it
-    /// turns, and half from the place, which does not show. Neither grows: innovations beyond their expectation are left to
-    /// gates.
+    /// heading that averaging does not reduce (rad^2). Half of that is taken to come from the probe, which shows while
+    /// it turns, and half from the place, which does not show. Neither grows: innovations beyond their expectation are
+    /// left to gates.
     pub fn stated(&self, covariance: &Matrix3<f32>, constant: f32) -> Matrix3<f32> {
         let (tilt, heading) = (deviation(self.tilt), deviation(self.heading));
         let by = Matrix3::from_diagonal(&Vector3::new(tilt, tilt, heading));

@@ -387,9 +387,9 @@ impl AttitudeFilter {
 
     /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one takes
     /// the difference and keeps its deviation, so that the filter alone owns the bias. With a P that differs from what
-    /// the filter has found of the scale by more than the gyro's stated error, and its own, the residual bias is dropped,
-    /// because it was partly P's error, and the new model's deviations (P row-major, then b, rad/s) replace the configured
-    /// ones where they are smaller.
+    /// the filter has found of the scale by more than the gyro's stated error, and its own, the residual bias is
+    /// dropped, because it was partly P's error, and the new model's deviations (P row-major, then b, rad/s) replace
+    /// the configured ones where they are smaller. Before the first alignment no bias stays: none has been learnt.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         if !self.started {
             return;
@@ -398,7 +398,6 @@ impl AttitudeFilter {
         let before = state.bias_rad_s;
         self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, settings);
         if !self.tilt.aligned {
-            // No bias has been learnt, so that none can stay.
             state.bias_rad_s = Vector3::zeros();
         }
         motion.slow_turn.model_changed(&(state.bias_rad_s - before), old.p == new.p);

@@ -214,7 +214,8 @@ impl Heading {
         // and dip is taken to be as large across the field, where it is not seen.
         let steepness = norm_squared / horizontal_squared;
         let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
-        // Half of the error is constant in the probe or in the place, and does not average out while the attitude stays.
+        // Half of the error is constant in the probe or in the place, and does not average out while the attitude
+        // stays.
         let floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
         // A tilt error about the field's horizontal direction turns the field's heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);

@@ -1,6 +1,6 @@
 //! Earth at the probe: gravity, field, latitude, declination.
 
-use super::ConfigError;
+use super::{ConfigError, check};
 use crate::units::STANDARD_GRAVITY_M_S2;
 use core::f32::consts::{FRAC_PI_2, PI};
 
@@ -33,7 +33,6 @@ impl Earth {
     /// # Errors
     /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let within = |x: Option<f32>, most: f32| x.is_none_or(|x| libm::fabsf(x) <= most);
         check((9.0..=10.5).contains(&self.gravity_m_s2), "earth.gravity_m_s2", "9.0 to 10.5")?;
         // The earth's own is 22 to 67.

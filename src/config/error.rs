@@ -19,6 +19,11 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
+/// Names the field unless its value is `ok`.
+pub(crate) const fn check(ok: bool, field: &'static str, must_be: &'static str) -> Result<(), ConfigError> {
+    if ok { Ok(()) } else { Err(ConfigError { field, must_be }) }
+}
+
 /// Names the first field whose value is not finite and positive. The names are an argument of their own, so that they
 /// are stored as a constant.
 pub(super) fn all_positive<const N: usize>(values: [f32; N], names: &[&'static str; N]) -> Result<(), ConfigError> {

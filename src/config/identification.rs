@@ -1,6 +1,6 @@
 //! Settings of the identification.
 
-use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive};
+use super::{ConfigError, Motion, OptimizerKind, VectorErrors, all_positive, check};
 
 /// Settings of the estimator of the gyro's errors, of the instants at which its results take effect, and of the search
 /// of a window.
@@ -95,7 +95,6 @@ impl IdentificationConfig {
             ],
         )?;
         self.vector_errors.validate()?;
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         let prior_sigmas = [self.prior_sigma_diagonal, self.prior_sigma_off_diagonal, self.prior_sigma_bias_rad_s];
         let within = |sigma: &f32| (1e-6..=1.0).contains(sigma);
         check(prior_sigmas.iter().all(within), "identification.prior_sigma_*", "1e-6 to 1")?;

@@ -1,6 +1,6 @@
 //! Settings of surveys.
 
-use super::{ConfigError, DynamicsConfig, SurveyErrors, SurveyLimits, all_positive};
+use super::{ConfigError, DynamicsConfig, SurveyErrors, SurveyLimits, all_positive, check};
 use core::f32::consts::TAU;
 
 /// Settings of surveys and of their quality checks.
@@ -81,7 +81,6 @@ impl SurveyConfig {
                 "survey.near_vertical_hysteresis_rad",
             ],
         )?;
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check((0.5..=600.0).contains(&self.average_s), "survey.average_s", "0.5 to 600")?;
         check((1..=1_000).contains(&self.rotating_turns), "survey.rotating_turns", "1 to 1000")?;
         let angle = |x: f32| (-TAU..=TAU).contains(&x);

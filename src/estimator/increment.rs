@@ -207,7 +207,8 @@ impl<T: Real> Builder<T> {
             self.add(self.period_s, &rate, [None, force], field);
         } else {
             if !is_whole {
-                // This rate is held for one that was not read, and is as uncertain as it is large: a clipped one was larger.
+                // This rate is held for one that was not read, and is as uncertain as it is large: a clipped one was
+                // larger.
                 let [_, turn] = self.sums.turn(&rate, unread_s);
                 self.sums.unread_turn += square(&turn);
             }

@@ -4,6 +4,7 @@ use super::{
     Survey, SurveyInput, SurveyKind, Uncertain,
     record::{Angles, ToolfaceSwitch},
     sensor_errors,
+    stationary::OLDEST_EVIDENCE_US,
 };
 use crate::{
     attitude::{Attitude, AttitudeFlags, ToolAngleSigmas, ToolAngles, positive_angle},
@@ -15,9 +16,8 @@ use nalgebra::{Quaternion, Vector3};
 
 /// Time constant that smooths |G|, |B| and dip, seconds: over the periods of vibration, and as fast as an eye reads.
 const SMOOTHING_S: f32 = 1.0;
-/// Age of the last reading from which on |G|, |B| and dip are not known, seconds: slow magnetometers are read 8 times a
-/// second, and an eye takes a second for the present.
-const OLDEST_S: f32 = 1.0;
+/// Age of the last reading from which on |G|, |B| and dip are not known, seconds.
+const OLDEST_S: f32 = OLDEST_EVIDENCE_US as f32 * 1e-6;
 
 /// Latest attitude, with smoothed |G|, |B| and dip.
 pub(crate) struct Continuous {

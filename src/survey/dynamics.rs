@@ -2,6 +2,7 @@
 
 use super::{
     SurveyInput,
+    stationary::OLDEST_EVIDENCE_US,
     whirl::{Whirl, WhirlSums},
 };
 use crate::{
@@ -14,9 +15,6 @@ use nalgebra::{Quaternion, Vector3};
 
 /// Ratios to [`DynamicsConfig::shock_m_s2`] of the higher levels of shocks: 25, 50 and 100 g by default.
 pub const SHOCK_LEVELS: [f32; 3] = [2.5, 5.0, 10.0];
-
-/// Longest step that is measured, microseconds; a longer one is a pause. A rig's slowest turn takes some seconds.
-const LONGEST_STEP_US: u64 = 1_000_000;
 
 /// Vibration, shocks and rotation of one window. [`severity`](super::severity) grades them in levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,8 +118,8 @@ impl DynamicsWindow {
         let mut start_us = *self.start_us.get_or_insert(input.t_us);
         let mut step_us = if self.last_us == 0 { 0 } else { input.t_us.saturating_sub(self.last_us) };
         self.last_us = input.t_us;
-        if step_us > LONGEST_STEP_US {
-            // The window spans as much more.
+        if step_us > OLDEST_EVIDENCE_US {
+            // Nothing was measured in this pause.
             start_us = start_us.saturating_add(step_us);
             (self.start_us, step_us) = (Some(start_us), 0);
         }

@@ -1262,8 +1262,8 @@ MwdStatus mwd_surveyor_push(MwdSurveyor *surveyor,
 MwdStatus mwd_surveyor_latest(const MwdSurveyor *surveyor, uint32_t kind, MwdSurvey *survey);
 
 /**
- * Makes a mounting check that has seen nothing in `storage`, which has at least `MWD_MOUNTING_CHECK_SIZE` bytes and the
- * alignment `MWD_MOUNTING_CHECK_ALIGN`, and points `check` to it.
+ * Makes a mounting check that has seen nothing in `storage`, which has at least `MWD_MOUNTING_CHECK_SIZE` bytes and
+ * the alignment `MWD_MOUNTING_CHECK_ALIGN`, and points `check` to it.
  *
  * Pointers:
  * `storage` is NULL or leads to `bytes` bytes that nothing else uses while the check lives; `check` is NULL or leads
@@ -1275,8 +1275,8 @@ MwdStatus mwd_mounting_check_init(void *storage,
 
 /**
  * Takes a sample that was just pushed into `probe`, and writes what turns have shown. While sensors do not agree on a
- * turn, `probe` accepts no new gyro model and no survey is good. Turn the probe by hand about each of its axes, a quarter
- * there and back, twice, each quarter in about two seconds.
+ * turn, `probe` accepts no new gyro model and no survey is good. Turn the probe by hand about each of its axes, a
+ * quarter there and back, twice, each quarter in about two seconds.
  *
  * Pointers:
  * `check` and `probe` are NULL or from their `_init`; `sample` and `mounting` are NULL or lead to such structs.

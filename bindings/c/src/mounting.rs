@@ -39,8 +39,8 @@ pub struct MwdMounting {
     pub field_ut: f32,
 }
 
-/// Makes a mounting check that has seen nothing in `storage`, which has at least `MWD_MOUNTING_CHECK_SIZE` bytes and the
-/// alignment `MWD_MOUNTING_CHECK_ALIGN`, and points `check` to it.
+/// Makes a mounting check that has seen nothing in `storage`, which has at least `MWD_MOUNTING_CHECK_SIZE` bytes and
+/// the alignment `MWD_MOUNTING_CHECK_ALIGN`, and points `check` to it.
 ///
 /// # Safety
 /// `storage` is NULL or leads to `bytes` bytes that nothing else uses while the check lives; `check` is NULL or leads
@@ -60,8 +60,8 @@ pub unsafe extern "C" fn mwd_mounting_check_init(
 }
 
 /// Takes a sample that was just pushed into `probe`, and writes what turns have shown. While sensors do not agree on a
-/// turn, `probe` accepts no new gyro model and no survey is good. Turn the probe by hand about each of its axes, a quarter
-/// there and back, twice, each quarter in about two seconds.
+/// turn, `probe` accepts no new gyro model and no survey is good. Turn the probe by hand about each of its axes, a
+/// quarter there and back, twice, each quarter in about two seconds.
 ///
 /// # Safety
 /// `check` and `probe` are NULL or from their `_init`; `sample` and `mounting` are NULL or lead to such structs.

@@ -1,5 +1,5 @@
-//! Outputs that would overwrite an input or each other: tests whether two paths name one file, even if it does not exist
-//! yet.
+//! Outputs that would overwrite an input or each other: tests whether two paths name one file, even if it does not
+//! exist yet.
 
 use std::path::{Path, PathBuf};
 

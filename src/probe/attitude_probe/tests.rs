@@ -67,8 +67,8 @@ fn a_model_flies_from_the_next_sample_on() {
     assert!(!probe.fly(&GyroModel { p: [[0.0; 3]; 3], ..model }, &[0.01; 12]));
 }
 
-/// A probe at rest whose gyro reads its bias keeps its attitude, whatever the model that is flown from the start on says
-/// of P.
+/// A probe at rest whose gyro reads its bias keeps its attitude, whatever the model that is flown from the start on
+/// says of P.
 #[test]
 fn the_bias_of_a_model_that_flies_from_the_start_is_not_taken_back() {
     for scale in [1.0, 1.01, 1.1] {

@@ -28,7 +28,7 @@ pub use recording::Recording;
 
 use super::{Kind, Payload, StreamConfig};
 use crate::{
-    config::{Config, ConfigError, SurveyConfig},
+    config::{Config, ConfigError, SurveyConfig, check},
     storage::FactoryRecord,
 };
 use serde::{Deserialize, Serialize};
@@ -195,7 +195,6 @@ impl Command {
     /// # Errors
     /// Names the first number that is out of its bounds.
     pub fn check(&self, now_us: u64) -> Result<(), ConfigError> {
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         match self {
             Self::ConfigureStream(config) => config.validate(),
             Self::Configure(config) => config.validate(),

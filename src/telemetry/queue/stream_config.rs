@@ -1,6 +1,6 @@
 //! Settings of the stream over the line.
 
-use crate::config::ConfigError;
+use crate::config::{ConfigError, check};
 use serde::{Deserialize, Serialize};
 
 /// Format of an attitude in the stream.
@@ -41,7 +41,6 @@ impl StreamConfig {
     /// # Errors
     /// Names the first field that cannot be used.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let check = |ok: bool, field, must_be| if ok { Ok(()) } else { Err(ConfigError { field, must_be }) };
         check((100..=10_000_000).contains(&self.bytes_per_s), "stream.bytes_per_s", "100 to 10000000")?;
         check(self.attitude_every <= 10_000, "stream.attitude_every", "0 to 10000")?;
         check((1_000..=60_000_000).contains(&self.max_age_us), "stream.max_age_us", "1000 to 60000000")
