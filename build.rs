@@ -8,7 +8,6 @@ fn main() {
     println!("cargo:rerun-if-changed=src/bin/probe/ccm");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
-    println!("cargo:rerun-if-env-changed=MWD_CCM_BEHIND_SRAM");
     if std::env::var_os("DEFMT_LOG").is_none() {
         // Without a word defmt logs errors alone.
         println!("cargo:rustc-env=DEFMT_LOG=info");
@@ -30,6 +29,10 @@ fn main() {
     } else {
         println!("cargo:rustc-link-search={here}");
         let emulated = feature("BOARD_EMULATED") || feature("BOARD_TRACE");
+        if emulated {
+            // No other board is built anew because of it.
+            println!("cargo:rerun-if-env-changed=MWD_CCM_BEHIND_SRAM");
+        }
         let behind = emulated && std::env::var_os("MWD_CCM_BEHIND_SRAM").is_some();
         let ccm = if behind { "behind_the_sram" } else { "beside_the_core" };
         println!("cargo:rustc-link-search={here}/src/bin/probe/ccm/{ccm}");
