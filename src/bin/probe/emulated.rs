@@ -102,7 +102,7 @@ fn run(
 ) -> Result<(), &'static str> {
     let peripherals = Peripherals::take().ok_or("started twice")?;
     stack::guard(&peripherals.MPU);
-    let reset_reason = match (reset_record::start(), reset_record::resets()) {
+    let reset_reason = match (reset_record::start(false), reset_record::resets()) {
         (Some(cause), _) => cause,
         (None, 0) => ResetReason::PowerOn,
         (None, _) => ResetReason::Software,

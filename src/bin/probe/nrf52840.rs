@@ -56,6 +56,8 @@ fn main() -> ! {
 
     let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
     stack::guard(&core.MPU);
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
     // Start the watchdog before anything that may hang, such as a crystal that does not start.
     let watchdog = watchdog(chip.WDT);
     let reset_reason = reset_reason(&chip.POWER);
@@ -81,6 +83,8 @@ fn main() -> ! {
     port::start(chip.UART0, wires, to_port, from_port);
 
     let (sample_period_us, full_scale, latency) = data_sheet(&inertial, &magnetic);
+    // Without its cache the flash makes the core wait at most fetches (product specification, NVMC, ICACHECNF).
+    chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
     let (models, mut region) = flash::split(chip.NVMC);
     let factory = factory_records(&mut region);
     let settings = Settings {
@@ -142,8 +146,8 @@ fn watchdog(wdt: WDT) -> WatchdogHandle<Hdl0> {
 
 /// Reads and clears RESETREAS (product specification, POWER). No bit set means that power came.
 fn reset_reason(power: &POWER) -> ResetReason {
-    let asked = reset_record::start();
     let flags = power.resetreas.read();
+    let asked = reset_record::start(flags.bits() == 0);
     // Writing a one clears a bit.
     power.resetreas.write(|w| {
         w.resetpin().set_bit();

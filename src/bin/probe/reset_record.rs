@@ -68,9 +68,9 @@ mod words {
 }
 
 /// Takes the reason that a program noted before this start; `None` if power came since, or no program noted one. It
-/// is then forgotten.
-pub fn start() -> Option<ResetReason> {
-    if words::read(words::magic) != MAGIC {
+/// is then forgotten. `has_power_come`: by the chip's own flags, for its memory may outlast a short loss.
+pub fn start(has_power_come: bool) -> Option<ResetReason> {
+    if has_power_come || words::read(words::magic) != MAGIC {
         words::write(words::magic, MAGIC);
         words::write(words::resets, 0);
         words::write(words::watchdog_resets, 0);

@@ -43,13 +43,41 @@ pub fn rounds() -> u64 {
     rounds_and(|| 0).0
 }
 
+/// Runs what may stop the core for longer than a round, such as an erasure of the flash that the program runs from. Of
+/// the rounds that end meanwhile the interrupt of one alone waits; the others are counted here, before it comes.
+/// `shown_us`: the timer within the round, and one round more while its interrupt waits; `period_us`: a round;
+/// `cycles_per_us`: of the core's cycle counter, which goes on, for 2^32 cycles at most.
+#[cfg(any(feature = "board-stm32f405", feature = "board-nrf52840"))]
+fn across_a_stall<R>(
+    shown_us: impl Fn() -> u32,
+    (period_us, cycles_per_us): (u32, u32),
+    stall: impl FnOnce() -> R,
+) -> R {
+    use cortex_m::peripheral::DWT;
+    critical_section::with(|_| {
+        let (shown_before_us, before) = (shown_us(), DWT::cycle_count());
+        let result = stall();
+        let passed_us = DWT::cycle_count().wrapping_sub(before) / cycles_per_us;
+        let late_us = (shown_before_us + passed_us).saturating_sub(shown_us());
+        for _ in 0..(late_us + period_us / 2) / period_us {
+            round();
+        }
+        result
+    })
+}
+
 /// SysTick as the timer, where it goes on while the core sleeps. 24 bits: up to 99 ms at 168 MHz.
 #[cfg(not(feature = "board-nrf52840"))]
 pub mod systick {
+    #[cfg(feature = "board-stm32f405")]
+    use core::sync::atomic::{AtomicBool, Ordering};
     use cortex_m::peripheral::{SCB, SYST, scb::SystemHandler, syst::SystClkSource};
 
     /// Ticks of the STM32F405 at its highest clock, or of the MPS2.
     const TICKS_PER_US: u32 = if cfg!(feature = "board-updatable") { 25 } else { 168 };
+
+    #[cfg(feature = "board-stm32f405")]
+    static IS_STARTED: AtomicBool = AtomicBool::new(false);
 
     /// Starts SysTick. PendSV, which its handler pends, gets the lowest priority.
     pub fn start(mut timer: SYST, mut scb: SCB, period_us: u32) {
@@ -64,17 +92,39 @@ pub mod systick {
         timer.clear_current();
         timer.enable_interrupt();
         timer.enable_counter();
+        #[cfg(feature = "board-stm32f405")]
+        IS_STARTED.store(true, Ordering::Relaxed);
     }
 
     /// Microseconds since the start.
     pub fn now_us() -> u64 {
         let period = SYST::get_reload() + 1;
+        let (rounds, ticks) = super::rounds_and(|| ticks_within(period));
+        (rounds * u64::from(period) + u64::from(ticks)) / u64::from(TICKS_PER_US)
+    }
+
+    /// Ticks of this round.
+    fn ticks_within(period: u32) -> u32 {
         // SysTick counts down and its exception comes as it reaches zero: zero is the first tick of a round.
-        let up = || match SYST::get_current() {
+        match SYST::get_current() {
             0 => 0,
             down => period - down,
+        }
+    }
+
+    /// See [`super::across_a_stall`]; before the clock has started there is nothing to count.
+    #[cfg(feature = "board-stm32f405")]
+    pub fn across_a_stall<R>(stall: impl FnOnce() -> R) -> R {
+        if !IS_STARTED.load(Ordering::Relaxed) {
+            return stall();
+        }
+        let period = SYST::get_reload() + 1;
+        let shown_us = || {
+            let within = ticks_within(period);
+            // A round may end between the two reads: then the ticks of the next one count.
+            let within = if SCB::is_pendst_pending() { period + ticks_within(period) } else { within };
+            within / TICKS_PER_US
         };
-        let (rounds, ticks) = super::rounds_and(up);
-        (rounds * u64::from(period) + u64::from(ticks)) / u64::from(TICKS_PER_US)
+        super::across_a_stall(shown_us, (period / TICKS_PER_US, TICKS_PER_US), stall)
     }
 }

@@ -4,8 +4,8 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 /// Bytes that wait for the line: 5 ms of 921,600 baud.
 pub type Outgoing = Queue<u8, 512>;
-/// Bytes that wait for the loop: 2.7 ms of 921,600 baud, and a command is shorter.
-pub type Incoming = Queue<u8, 256>;
+/// Bytes that wait for the loop, which takes a few at each turn: more than the longest command.
+pub type Incoming = Queue<u8, 1024>;
 
 /// Main loop's side of the queues.
 pub struct SerialQueues {

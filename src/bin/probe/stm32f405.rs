@@ -68,8 +68,10 @@ fn main() -> ! {
     let (surveyor, memory, sensors) =
         unsafe { (&mut *&raw mut SURVEYOR, &mut *&raw mut MEMORY, &mut *&raw mut SENSORS) };
 
-    let (Some(chip), Some(core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
+    let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else { fault::stop("started twice") };
     stack::guard(&core.MPU);
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
     // Start the watchdog before anything that may hang, such as a crystal that does not start.
     let mut watchdog = IndependentWatchdog::new(chip.IWDG);
     watchdog.start(WATCHDOG_MS.millis());
@@ -127,8 +129,8 @@ fn identity() -> ProbeId {
 /// Reads and clears the reset flags (RM0090 section 7.3.21). Every reset sets the pin's flag, so that it is judged
 /// last.
 fn reset_reason(rcc: &RCC) -> ResetReason {
-    let asked = reset_record::start();
     let flags = rcc.csr().read();
+    let asked = reset_record::start(flags.porrstf().bit() || flags.borrstf().bit());
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
     if flags.wdgrstf().bit() || flags.wwdgrstf().bit() {
         reset_record::count_watchdog_reset();

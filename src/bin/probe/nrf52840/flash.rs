@@ -1,6 +1,7 @@
 //! The end of the internal flash: twelve pages of 4 KiB for models, four to a sector, and four for the
 //! factory's records, which are only ever added to.
 
+use super::timer;
 use core::slice;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use nrf52840_hal::{
@@ -65,8 +66,9 @@ impl NorFlash for ModelFlash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE;
 
+    /// The core stands still for 85 ms a page (product specification, NVMC).
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NvmcError> {
-        self.0.erase(from, to)
+        timer::across_a_stall(|| self.0.erase(from, to))
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NvmcError> {

@@ -78,6 +78,10 @@ pub trait Registers {
     fn load(&self, address: usize) -> u8;
     /// Writes a word into the flash, at an aligned address of a sector in which there is no code.
     fn store(&mut self, address: usize, word: u32);
+    /// Runs an erasure, through which the core may stand still.
+    fn across_a_stall<R>(&mut self, erase: impl FnOnce(&mut Self) -> R) -> R {
+        erase(self)
+    }
     /// Resets the data cache, which still has what the flash held before (section 3.5.2).
     fn forget_cached(&mut self);
 }
@@ -152,7 +156,7 @@ impl<R: Registers> NorFlash for ModelFlash<R> {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let from = check(from, to.saturating_sub(from) as usize, (MODELS_BYTES, SECTOR))?;
         for sector in from / SECTOR..to as usize / SECTOR {
-            erase_sector(&mut self.0, FIRST_SECTOR + sector as u32)?;
+            self.0.across_a_stall(|registers| erase_sector(registers, FIRST_SECTOR + sector as u32))?;
         }
         lock(&mut self.0);
         self.0.forget_cached();

@@ -1,6 +1,7 @@
 //! The flash's registers on the chip.
 
 use super::flash::{self, Registers};
+use crate::sample_clock::systick;
 use stm32f4xx_hal::pac::FLASH;
 
 pub type ModelFlash = flash::ModelFlash<FLASH>;
@@ -59,6 +60,10 @@ impl Registers for FLASH {
         unsafe {
             (address as *mut u32).write_volatile(word);
         }
+    }
+
+    fn across_a_stall<R>(&mut self, erase: impl FnOnce(&mut Self) -> R) -> R {
+        systick::across_a_stall(|| erase(self))
     }
 
     fn forget_cached(&mut self) {
