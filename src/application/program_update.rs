@@ -90,8 +90,9 @@ impl<F: NorFlash> ProgramUpdate for Updater<F> {
 
     fn finish(&mut self) -> Result<(), CommandRefusal> {
         let receiving = self.receiving.take().ok_or(CommandRefusal::NothingThere)?;
+        let number = receiving.number();
         self.slots.finish(receiving).map_err(refusal)?;
-        self.report.other = self.slots.image(self.running.other()).map(|(image, _)| image.number);
+        self.report.other = Some(number);
         Ok(())
     }
 

@@ -107,6 +107,12 @@ impl Receiving {
     pub const fn received(&self) -> u32 {
         self.received
     }
+
+    /// Number of the image.
+    #[must_use]
+    pub const fn number(&self) -> u32 {
+        self.image.number
+    }
 }
 
 /// Content of a slot.
@@ -179,12 +185,13 @@ impl<F: NorFlash> ImageSlots<F> {
         newest(|_| true).map(|it| Start::LastResort(it.slot))
     }
 
-    /// Marks the running image as confirmed. Does nothing if it is marked already.
+    /// Marks the running image as confirmed. Does nothing if it is marked already. Its bytes were compared with their
+    /// digest before it ran, which takes too long while samples come.
     ///
     /// # Errors
-    /// The slot holds no whole image, or the flash failed: then the call can be repeated, three times.
+    /// The slot holds no image, or the flash failed: then the call can be repeated, three times.
     pub fn confirm(&mut self, running: Slot) -> Result<(), StorageError<F::Error>> {
-        let held = self.held(running).ok_or(StorageError::NotVerified)?;
+        let held = self.described(running).ok_or(StorageError::NotVerified)?;
         if held.is_confirmed { Ok(()) } else { self.mark(running, CONFIRMED, Kind::CONFIRMED) }
     }
 
@@ -288,8 +295,14 @@ impl<F: NorFlash> ImageSlots<F> {
     }
 
     /// Returns the image and marks of a slot, if the image is whole.
-    #[inline(never)]
     fn held(&mut self, slot: Slot) -> Option<Held> {
+        let held = self.described(slot)?;
+        self.has_digest(slot, &held.image).then_some(held)
+    }
+
+    /// Returns the image and marks of a slot, without a look at the image itself.
+    #[inline(never)]
+    fn described(&mut self, slot: Slot) -> Option<Held> {
         let mut buffer = [0; MAX_RECORD];
         let address = self.mark_address(slot, IMAGE);
         let header = read_record(&mut self.flash, address, &mut buffer)?;
@@ -298,7 +311,7 @@ impl<F: NorFlash> ImageSlots<F> {
         }
         let mut reader = Reader(header.payload(&buffer)?);
         let image = Image { number: header.number, length: reader.u32()?, digest: reader.bytes()? };
-        if image.length == 0 || image.length > self.longest() || !self.has_digest(slot, &image) {
+        if image.length == 0 || image.length > self.longest() {
             return None;
         }
         let is_tried = self.is_marked(slot, TRIAL, Kind::TRIAL);
