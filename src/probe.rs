@@ -351,6 +351,12 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.flown()
     }
 
+    /// Sample from which this gyro model is in use, microseconds; `None`: since the start.
+    #[must_use]
+    pub const fn model_since_us(&self) -> Option<u64> {
+        self.identifier.flown_since_us()
+    }
+
     /// Cost that the search minimises, for trying other optimisers; `None` before there is a posterior. It
     /// changes with every sample: query it right after a window's report.
     #[must_use]

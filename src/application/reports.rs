@@ -41,6 +41,7 @@ pub(super) fn health<B: Board>(board: &B, statics: &mut Statics<'_, B::Flash>, d
         stack_used_bytes,
         stack_size_bytes,
         watchdog_resets: board.watchdog_resets(),
+        model_since_us: probe.model_since_us(),
         results_lost: line.results_lost(),
         sent: line.counters(),
         received: commands.link(),
@@ -49,7 +50,6 @@ pub(super) fn health<B: Board>(board: &B, statics: &mut Statics<'_, B::Flash>, d
         models_stored,
         storage_failures,
         self_test: commands.self_test.pop(),
-        ..Health::default()
     };
     line.health(now_us, &health);
 }

@@ -224,3 +224,21 @@ fn lost_samples_turn_the_attitude_by_less_than_it_says() {
         whole_told = if lost_us == 0 { most_told } else { whole_told };
     }
 }
+
+#[test]
+fn a_model_flies_since_the_sample_at_which_it_changed() {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&Config { sample_period_us: 10_000, ..Config::default() }).unwrap();
+    let mut changes = 0;
+    let mut since_us = None;
+    for sample in tumbling(60) {
+        let before = *probe.gyro_model();
+        let _ = probe.push(&sample);
+        while probe.poll(u32::MAX).is_some() {}
+        if *probe.gyro_model() != before {
+            (changes, since_us) = (changes + 1, Some(sample.t_us));
+        }
+        assert_eq!(probe.model_since_us(), since_us);
+    }
+    assert!(changes > 1, "{changes}");
+}
