@@ -98,9 +98,9 @@ impl FieldNodes {
         change
     }
 
-    /// Marks the frame as lost, after a gap in time.
+    /// Marks the frame as lost, after a gap in time: fields from before it have no part in a node after it.
     pub fn interrupt(&mut self) {
-        self.sum.unseen_rad = core::f32::consts::PI;
+        self.sum = FieldNode { unseen_rad: core::f32::consts::PI, ..FieldNode::zero() };
     }
 
     /// Takes one increment of `interval_s` seconds. Returns the node that it completes, at least `node_s`

@@ -181,6 +181,28 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
 }
 
 #[test]
+fn a_turn_within_a_gap_withholds_no_field() {
+    let mut watch = HardIronWatch::zero();
+    watch.configure(&Config { sample_period_us: PERIOD_US, ..Config::default() });
+    watch.start(0);
+    // A gyro that reads the very same never is frozen.
+    let rate = |t_us: u64| Vector3::new(1e-5, -1e-5, 2e-5) * ((t_us / u64::from(PERIOD_US)) % 7) as f32;
+    let push = |watch: &mut HardIronWatch, t_us: u64, field: Vector3<f32>| {
+        watch.push(t_us, [Reading::Usable(rate(t_us)), Reading::Missing, Reading::Usable(field)]);
+    };
+    let mut t_us = 0;
+    while t_us < 5_100_000 {
+        push(&mut watch, t_us, Vector3::new(20.0, 0.0, 45.0));
+        t_us += u64::from(PERIOD_US);
+    }
+    watch.gap(9_000_000);
+    for k in 0..500 {
+        push(&mut watch, 9_000_000 + k * u64::from(PERIOD_US), Vector3::new(0.0, 20.0, 45.0));
+        assert_eq!(watch.field_use(), FieldUse::Less(Vector3::zeros()), "{k}");
+    }
+}
+
+#[test]
 fn a_gyro_that_reads_a_turn_at_rest_brings_no_magnet() {
     for begin_s in [20.0, 20.5, 21.3, 22.0] {
         let wrong = |t: f64| if (22.0..25.0).contains(&t) { 0.3 } else { 0.0 };
