@@ -3,7 +3,7 @@
 
 use super::{DiagnosisReport, EffectReport, Verdict};
 use crate::{
-    compensation::{ActiveEffects, Effect, FoundEffect, Sensor},
+    compensation::{ActiveEffects, Effect, FoundEffect, Sensor, effect::MAX_PARAMETERS},
     config::Config,
     estimator::{Claim, Estimator, MAX_CLAIMED, Refusal},
 };
@@ -105,13 +105,8 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     /// Turns a claim into the report of its effect.
     fn told(&self, effect: &dyn Effect, claim: &Claim, t_us: u64, field_ut: f32, config: &Config) -> EffectReport {
         let mut found = FoundEffect { index: claim.effect, parameters: claim.parameters, sigma: claim.sigma };
-        if effect.gyro_delay_s(&found.parameters) != 0.0
-            && config.latency.gyro_s.is_none()
-            && let Some(delay_s) = found.parameters.first_mut()
-        {
-            // A rate of unknown time is taken as the mean over the interval that it ends, so it is half an interval
-            // late already.
-            *delay_s += config.sample_period_us as f32 * 0.5e-6;
+        if let Some(delay_s) = found.parameters.first_mut() {
+            *delay_s += late_already_s(effect, &claim.parameters, config);
         }
         let unit = match effect.sensor() {
             Sensor::Gyro => 1.0,
@@ -143,7 +138,8 @@ impl<const REPORTS: usize> Findings<REPORTS> {
         report.t_effect_us = t_us;
         for effect in report.effects.iter_mut().take(usize::from(report.count)) {
             effect.taken_out_us = match effect.taken_out_us {
-                TO_BE_TAKEN_OUT => t_us,
+                TO_BE_TAKEN_OUT if flies => t_us,
+                TO_BE_TAKEN_OUT => 0,
                 us => us,
             };
         }
@@ -181,6 +177,30 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     }
 }
 
+/// Delay, seconds, that a delay of the whole gyro has beside the estimator's: a rate of unknown time is taken as the mean
+/// over the interval that it ends, so it is half an interval late already. 0 for any other effect.
+fn late_already_s(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], config: &Config) -> f32 {
+    let is_late = effect.gyro_delay_s(parameters) != 0.0 && config.latency.gyro_s.is_none();
+    if is_late { config.sample_period_us as f32 * 0.5e-6 } else { 0.0 }
+}
+
+/// Effects that flew, as the estimator has them.
+#[cfg(feature = "storage")]
+pub(crate) fn as_estimated(flown: &ActiveEffects, library: &[&dyn Effect], config: &Config) -> ActiveEffects {
+    let mut estimated = ActiveEffects::none();
+    for found in flown.iter() {
+        let mut found = *found;
+        let effect = library.get(usize::from(found.index));
+        let late_s = effect.map_or(0.0, |effect| late_already_s(*effect, &found.parameters, config));
+        if let Some(delay_s) = found.parameters.first_mut() {
+            *delay_s -= late_s;
+        }
+        // The new set has room for all effects of the old one.
+        estimated.add(found);
+    }
+    estimated
+}
+
 /// Placeholder of an effect's `taken_out_us` until the update that takes it out first takes effect.
 const TO_BE_TAKEN_OUT: u64 = u64::MAX;
 
@@ -205,3 +225,6 @@ fn verdict<const NODES: usize, const COLUMNS: usize>(
         Ok(()) => Verdict::EffectsFound,
     }
 }
+
+#[cfg(all(test, feature = "storage"))]
+mod tests;

@@ -7,4 +7,6 @@ mod findings;
 
 pub use crate::estimator::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
 pub(crate) use findings::Findings;
+#[cfg(feature = "storage")]
+pub(crate) use findings::as_estimated;
 pub use report::{DiagnosisReport, EffectReport, Verdict};

@@ -9,6 +9,7 @@ use crate::{
     estimator::Posterior,
     sample::TurnFlags,
 };
+use nalgebra::Vector3;
 
 /// Facts beside the posterior from which an update is judged.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,8 @@ pub(super) struct Flight<'a> {
     /// Model flown so far.
     pub flown: &'a GyroModel,
     pub bias_only: &'a GyroModel,
+    /// Part of the latest rest's raw rate that the effects which fly take out, rad/s.
+    pub of_effects_at_rest_rad_s: Vector3<f32>,
     /// True if there was a rest after the samples that the flown bias comes from.
     pub rest_is_news: bool,
     pub rest_s: f32,
@@ -28,7 +31,7 @@ impl Flight<'_> {
     /// Judges an update before any search.
     #[inline(never)]
     pub fn judged(&self, update: &Update, posterior: &Posterior) -> WindowReport {
-        let (decision, flown) = decide(self.flown, posterior, self.fitness(posterior), self.rest_is_news);
+        let (decision, flown) = self.decide(posterior);
         let mut p_covariance = [[0.0; 15]; 3];
         p_covariance.as_flattened_mut().iter_mut().zip(posterior.p_covariance).for_each(|(to, from)| *to = from);
         let of_bias = posterior.observable.iter().skip(9).filter(|observable| **observable).count();
@@ -56,6 +59,25 @@ impl Flight<'_> {
             return posterior.fitness;
         }
         Err(Refusal::WrongMounting { turns: self.mounting_wrong })
+    }
+
+    fn decide(&self, posterior: &Posterior) -> (Decision, GyroModel) {
+        let refusal = match self.fitness(posterior) {
+            Ok(()) if posterior.gyro.is_valid() => return (Decision::Accepted, posterior.gyro),
+            Ok(()) => Refusal::Diverged { nis: posterior.nis },
+            Err(refusal) => refusal,
+        };
+        let told = if self.rest_is_news { self.with_bias_of(posterior) } else { *self.flown };
+        (Decision::Refused(refusal), told)
+    }
+
+    /// The flown model with the bias that a rest shows beside the effects that fly. The posterior's is beside those that
+    /// the estimator takes out, which may be others while it is refused.
+    fn with_bias_of(&self, posterior: &Posterior) -> GyroModel {
+        let others = posterior.of_effects_at_rest_rad_s - self.of_effects_at_rest_rad_s;
+        let b_rad_s: [f32; 3] = (Vector3::from(posterior.bias_only.b_rad_s) + others).into();
+        let is_told = b_rad_s.iter().all(|b| b.is_finite());
+        GyroModel { b_rad_s: if is_told { b_rad_s } else { self.flown.b_rad_s }, ..*self.flown }
     }
 
     /// Reports an update without a result: the flown model stays.
@@ -103,22 +125,6 @@ fn prior_sigma(config: &IdentificationConfig) -> Theta {
         0..9 => config.prior_sigma_off_diagonal,
         _ => config.prior_sigma_bias_rad_s,
     })
-}
-
-fn decide(
-    flown: &GyroModel,
-    posterior: &Posterior,
-    fitness: Result<(), Refusal>,
-    rest_is_news: bool,
-) -> (Decision, GyroModel) {
-    let refusal = match fitness {
-        Ok(()) if posterior.gyro.is_valid() => return (Decision::Accepted, posterior.gyro),
-        Ok(()) => Refusal::Diverged { nis: posterior.nis },
-        Err(refusal) => refusal,
-    };
-    let b_rad_s = posterior.bias_only.b_rad_s;
-    let is_told = rest_is_news && b_rad_s.iter().all(|b| b.is_finite());
-    (Decision::Refused(refusal), GyroModel { b_rad_s: if is_told { b_rad_s } else { flown.b_rad_s }, ..*flown })
 }
 
 /// Change of P as error of a whole turn about an axis, degrees: rms of the three axes.

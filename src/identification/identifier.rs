@@ -7,15 +7,18 @@ use super::{
     schedule::{Schedule, Update},
     search::Search,
 };
-#[cfg(feature = "storage")]
-use crate::estimator::{Learnt, LearntHead, NotContinued};
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel, Theta},
     config::Config,
     diagnosis::{DiagnosisReport, Findings},
-    estimator::{Estimator, KnownAttitude, Settings},
+    estimator::{Estimator, KnownAttitude, Settings, turned_back},
     optimizer::{Cost, Progress},
     sample::{Reading, TurnFlags},
+};
+#[cfg(feature = "storage")]
+use crate::{
+    diagnosis::as_estimated,
+    estimator::{Learnt, LearntHead, NotContinued},
 };
 use heapless::{Deque, Vec};
 
@@ -55,6 +58,8 @@ pub(crate) struct Identifier<const NODES: usize, const COLUMNS: usize, const REP
 /// one value.
 struct State {
     flown: GyroModel,
+    /// Sample from which it flies, microseconds; 0: since the start.
+    flown_since_us: u64,
     bias_only: GyroModel,
     /// Latest sample that the flown bias comes from, microseconds; 0 for none.
     bias_known_us: u64,
@@ -72,6 +77,7 @@ impl State {
     const fn of(model: GyroModel) -> Self {
         Self {
             flown: model,
+            flown_since_us: 0,
             bias_only: model,
             bias_known_us: 0,
             cost_of_mean: 0.0,
@@ -109,10 +115,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     /// Flies this model, known with these deviations, from the first sample on. Call it between
     /// `configure` and `start`.
     #[cfg(feature = "storage")]
-    pub fn restore(&mut self, gyro: &GyroModel, sigma: &Theta, effects: &ActiveEffects) {
+    pub fn restore(&mut self, config: &Config, gyro: &GyroModel, sigma: &Theta, effects: &ActiveEffects) {
         self.state.flown = *gyro;
         self.findings.restore(effects);
-        self.estimator.restore(gyro, sigma, effects);
+        self.estimator.restore(gyro, sigma, &as_estimated(effects, self.estimator.library(), config));
         self.estimator.compose_with(gyro);
     }
 
@@ -147,6 +153,11 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
 
     pub const fn flown(&self) -> &GyroModel {
         &self.state.flown
+    }
+
+    /// Sample from which the flown model flies, microseconds; `None`: since the start.
+    pub const fn flown_since_us(&self) -> Option<u64> {
+        if self.state.flown_since_us > 0 { Some(self.state.flown_since_us) } else { None }
     }
 
     /// Turns about which the sensors do not agree.
@@ -213,7 +224,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.state.bias_only = report.bias_only;
         let has_changed = report.flown != self.state.flown;
         if has_changed {
-            self.state.flown = report.flown;
+            (self.state.flown, self.state.flown_since_us) = (report.flown, t_us);
             self.estimator.compose_with(&self.state.flown);
             self.state.bias_known_us = report.t_end_us;
         }
@@ -320,10 +331,13 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     fn flight<'a>(&'a self, config: &'a Config, update: &Update) -> Flight<'a> {
         // A window is far shorter than the hour that 32 bits of microseconds hold.
         let window_s = update.t_us.saturating_sub(update.window_start_us) as u32 / 1_000_000;
+        let mut still = self.estimator.still();
+        self.findings.flown().correct_rate(self.estimator.library(), &mut still);
         Flight {
             config,
             flown: &self.state.flown,
             bias_only: &self.state.bias_only,
+            of_effects_at_rest_rad_s: turned_back(&self.state.flown, &-still.rate_rad_s),
             rest_is_news: self.estimator.last_rest_us().is_some_and(|us| us > self.state.bias_known_us),
             rest_s: self.estimator.rest_seconds(window_s) as f32,
             mounting_wrong: self.state.mounting_wrong,

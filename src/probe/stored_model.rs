@@ -32,7 +32,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
-        self.identifier.restore(&model.gyro, &model.sigma, &model.effects);
+        self.identifier.restore(&self.config, &model.gyro, &model.sigma, &model.effects);
         self.pipeline.corrector.taken_out.effects = self.effects().of_attitude(self.library());
         self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
         if model.gyro.p != self.config.gyro.p {
