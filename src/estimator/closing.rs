@@ -162,7 +162,7 @@ impl<T: Real> Closing<T> {
     /// Puts the centre of the search at the averaged posterior.
     #[inline(never)]
     fn put_centre<const NODES: usize, const E: usize>(&mut self, filter: &Filter<T, NODES, E>) {
-        let averaged = self.averaging.result(filter.is_bias_measured());
+        let averaged = self.averaging.result(filter.has_measured_bias);
         self.centre.clear();
         let inflations = filter.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
@@ -199,7 +199,7 @@ impl<T: Real> Closing<T> {
 
     #[inline(never)]
     fn conclude<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) {
-        let posterior = filter.posterior_of(&self.averaging.result(filter.is_bias_measured()));
+        let posterior = filter.posterior_of(&self.averaging.result(filter.has_measured_bias));
         // The stored model is then that of another gyro.
         let is_forsaken = filter.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();

@@ -62,8 +62,9 @@ pub(super) struct Filter<T, const NODES: usize, const E: usize> {
     pub prior: Prior<T>,
     pub task: Task,
     pub course: Course<T>,
-    /// Mean of the bias's prior, rad/s, raw frame.
+    /// Mean of the bias's prior, rad/s, raw frame; and true if a rest has measured it.
     pub bias: V3<T>,
+    pub has_measured_bias: bool,
     pub parameters: Parameters<T>,
     pub pre: Preintegration<T>,
     pub rests: Rests<T>,
@@ -93,6 +94,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
             task: Task::Idle,
             course: Course::zero(),
             bias: zero3(),
+            has_measured_bias: false,
             parameters: Parameters::zero(),
             pre: Preintegration::zero(),
             rests: Rests::zero(),
@@ -121,6 +123,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         self.rests.start();
         let [x, y, z] = self.settings.factory.b_rad_s.map(T::of);
         self.bias = V3::new(x, y, z);
+        self.has_measured_bias = false;
         self.begin();
     }
 
@@ -167,16 +170,11 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         let [x, y, z, ..] = claim.parameters;
         self.candidates.settle(claim, &mut self.globals, &self.prior.sigma);
         self.evidence.account.claims.retain(|other| other.step_us != claim.step_us);
-        let step =
-            self.parameters.p.try_inverse().map_or_else(zero3, |inverse| inverse * widened(&Vector3::new(x, y, z)));
-        self.step_bias(&step);
+        let step = widened(&Vector3::new(x, y, z));
+        // The increments of the node in progress have it taken out already.
+        self.pre.settle(&step);
+        self.step_bias(&self.parameters.turned_back(&step));
         self.task = Task::Walking(0);
-    }
-
-    /// Returns true if a rest has measured the bias: it is then not the factory's any more, with which the filter
-    /// begins.
-    pub fn is_bias_measured(&self) -> bool {
-        self.bias != V3::from(self.settings.factory.b_rad_s.map(T::of))
     }
 
     /// Axes of the body that have not turned, in a drill string: there the earth's field is the same over the whole
@@ -210,6 +208,9 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         self.course.is_aligned = false;
         self.course.alignment.start();
         self.course.gap_s += seconds;
+        if self.course.has_begun {
+            self.course.unwalked_s += seconds;
+        }
     }
 
     /// Adds an increment whose neighbours are known; `increment_s`: length of one. Returns what becomes of the node.
@@ -235,7 +236,14 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         self.remainder.watch(&moment, &(self.node.attitude * turned.middle).map(|x| x.narrow()));
         // A node ends up to half an increment early, as the increments' lengths are rounded.
         let late = self.pre.seconds + increment_s * T::of(0.5);
-        if late >= T::of(NODE_S) || self.pre.angle >= T::of(PI) { NodeEnd::of(self) } else { NodeEnd::NotYet }
+        if late < T::of(NODE_S) && self.pre.angle < T::of(PI) {
+            return NodeEnd::NotYet;
+        }
+        let end = NodeEnd::of(self);
+        if self.kind == Kind::Rest {
+            (self.rests.force_m_s2, self.rests.warming_k) = (moment.force_m_s2, moment.warming_k);
+        }
+        end
     }
 
     /// Does one bounded piece of a node's work; returns its size in units, 0 if there is none.

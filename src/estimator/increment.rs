@@ -23,6 +23,8 @@ const LONGEST_TURN_RAD: f32 = 0.5;
 /// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
 /// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
+/// Turn of an increment, rad, beyond which no loss is bridged: half a turn, less what the lost samples may add.
+const MOST_TURNED_RAD: f32 = 2.5;
 /// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part
 /// that is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
 const LONGEST_LOSS_S: f32 = 0.1;
@@ -151,6 +153,9 @@ impl<T: Real> Builder<T> {
         [rate, force, field]: [Reading; 3],
     ) -> Option<Item<T>> {
         let good = |reading| if let Reading::Usable(v) = reading { Some(widened::<T>(&v)) } else { None };
+        if matches!(force, Reading::Unusable) {
+            self.sums.lose_force(self.period_s);
+        }
         let (force, field) = (good(force), good(field));
         let step_s = T::of(step_s);
         let longest = self.period_s * T::of(GAP_PERIODS as f32);
@@ -232,8 +237,9 @@ impl<T: Real> Builder<T> {
         let by_change = T::of(self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow()));
         let is_long = readings > libm::roundf(LONGEST_LOSS_S / self.period_s.narrow());
         let unread_turn = by_change + if is_long { square(&turn) } else { T::ZERO };
-        // A NaN is not bridged.
-        let is_known = unread_turn < T::of(MOST_BRIDGED_RAD * MOST_BRIDGED_RAD);
+        // A NaN is not bridged. Beyond half a turn an increment's rotation would be taken for the shorter one.
+        let is_known = unread_turn < T::of(MOST_BRIDGED_RAD * MOST_BRIDGED_RAD)
+            && self.sums.turned + norm(&turn) < T::of(MOST_TURNED_RAD);
         if !is_known {
             return false;
         }
@@ -268,9 +274,12 @@ impl<T: Real> Builder<T> {
         Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
     }
 
-    /// Sets the temperature of the samples to come, over the effects' reference temperature, K.
+    /// Sets the temperature of the samples to come, over the effects' reference temperature, K. Without a new reading
+    /// the latest one holds, as it does for the effects that fly.
     pub fn warm(&mut self, warming_k: Option<f32>) {
-        self.warming_k = warming_k.map(T::of);
+        if let Some(kelvins) = warming_k {
+            self.warming_k = Some(T::of(kelvins));
+        }
     }
 
     /// Adds the interval between two samples.

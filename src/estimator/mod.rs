@@ -60,6 +60,7 @@ pub use explanation::{MovedByRows, WidthEvidence};
 pub use learnt::{Learnt, LearntHead, NUMBERS, NotContinued};
 pub use left_over::WINDOW_NODES;
 pub use posterior::Posterior;
+pub(crate) use posterior::turned_back;
 pub use real::Real;
 pub use refusal::Refusal;
 pub use remainder::{Correlate, GoesWith, MOST_NAMED, Memory, RemainderReport};
@@ -69,7 +70,7 @@ pub use window_cost::WindowCost;
 
 use crate::{
     algebra::real,
-    compensation::{ActiveEffects, Effect, GyroModel, Theta},
+    compensation::{ActiveEffects, Effect, GyroModel, Snapshot, Theta},
     sample::Reading,
 };
 use closing::Closing;
@@ -277,6 +278,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     #[must_use]
     pub fn last_rest_us(&self) -> Option<u64> {
         Some(self.filter.rests.latest_us).filter(|us| *us > 0)
+    }
+
+    /// Readings of the latest rest; zero before the first.
+    pub(crate) fn still(&self) -> Snapshot {
+        self.filter.rests.still()
     }
 
     /// Returns the number of the last `seconds`, at most 64, that were at rest.

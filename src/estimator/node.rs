@@ -195,10 +195,13 @@ impl<T: Real> Node<T> {
             // As at a start: what the linear model leaves out would be taken for iron.
             self.curved = MOST_CURVED;
         }
-        // The rows below those of attitude, velocity and position are the field's margin.
+        // The rows below those of attitude, velocity and position are the field's margin. R f = n becomes, as f walks, R f
+        // = n + R w, and R R' is at most as large as the sum of R's squares.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
-        let spread = T::ONE / (T::ONE + walk / T::of(noise.field_share * noise.field_share)).root();
-        self.root.iter_mut().skip(9).flatten().for_each(|x| *x *= spread);
+        let rows = self.root.iter().skip(FIELD);
+        let known = rows.flat_map(|row| row.iter().skip(FIELD).take(3)).fold(T::ZERO, |sum, x| sum + *x * *x);
+        let spread = T::ONE / (T::ONE + walk * known).root();
+        self.root.iter_mut().skip(FIELD).flatten().for_each(|x| *x *= spread);
         Some(spread)
     }
 }
@@ -219,3 +222,6 @@ fn after_gap_rad(noise: &Noise) -> f32 {
 fn from_rows<T: Real>(a: &V3<T>, b: &V3<T>, c: &V3<T>) -> M3<T> {
     M3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z)
 }
+
+#[cfg(test)]
+mod tests;

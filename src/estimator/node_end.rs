@@ -7,6 +7,7 @@ use super::{
     node::Kind,
     reading::{Readings, Taken},
     real::{Real, norm},
+    walk,
 };
 
 /// Fate of a node when an increment has been added.
@@ -54,7 +55,8 @@ impl NodeEnd {
             filter.course.pointing.add(&filter.node.linear_at, attitude_variance(&filter.node, &filter.globals));
         }
         let rows = &filter.update.rows;
-        filter.candidates.fill(&mut filter.further, rows, &filter.node.linear_at, &filter.pre, filter.kind);
+        let inverse = (filter.kind == Kind::Rest).then(|| filter.parameters.inverse());
+        filter.candidates.fill(&mut filter.further, rows, &filter.node.linear_at, &filter.pre, inverse.as_ref());
         if agreement.field == Readings::Contradicted {
             filter.remainder.contradict();
         }
@@ -108,7 +110,8 @@ fn forget_field<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter
 
 /// Starts at a rest before anything else: its mean rate is the first bias, its mean force gives the attitude.
 fn start_at_rest<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
-    filter.bias = filter.rests.rate - filter.pre.mean_taken_out();
+    filter.bias = filter.rests.rate - filter.parameters.turned_back(&filter.pre.mean_taken_out());
+    filter.has_measured_bias = true;
     filter.linearise();
     if filter.pre.forces > 0 {
         filter.node.start(&filter.pre.forces_read, &filter.settings.noise);
@@ -121,6 +124,9 @@ fn start_at_rest<T: Real, const NODES: usize, const E: usize>(filter: &mut Filte
 /// Adds a node to an alignment: at a start in motion, or after a gap.
 fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
     let is_enough = filter.course.alignment.add(&filter.pre, filter.course.has_begun);
+    if filter.course.has_begun {
+        filter.course.unwalked_s += filter.pre.seconds;
+    }
     filter.start_node();
     if !is_enough {
         return;
@@ -137,4 +143,8 @@ fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NOD
     }
     (filter.course.is_aligned, filter.course.has_begun) = (true, true);
     filter.course.gap_s = T::ZERO;
+    if filter.course.unwalked_s >= T::of(walk::EVERY_S) {
+        // Before a node after the gap is judged.
+        filter.task = Task::Widening(0);
+    }
 }

@@ -44,6 +44,8 @@ pub struct Posterior {
     pub gyro: GyroModel,
     /// The factory's P with its own bias.
     pub bias_only: GyroModel,
+    /// Part of the latest rest's raw rate that is none of the bias but of the effects that are taken out, rad/s.
+    pub of_effects_at_rest_rad_s: Vector3<f32>,
     /// Deviations of P and b.
     pub sigma: Theta,
     /// Covariance of P's nine elements, row-major: the packed lower triangle.
@@ -61,6 +63,16 @@ pub struct Posterior {
     pub motion_s: f32,
     /// Decision whether the mean may fly, and the reason if not.
     pub fitness: Result<(), Refusal>,
+}
+
+/// The model with steps of its bias, rad/s of the compensated rate.
+pub(super) fn stepped(model: GyroModel, steps: &Vector3<f32>) -> GyroModel {
+    GyroModel { b_rad_s: (Vector3::from(model.b_rad_s) + turned_back(&model, steps)).into(), ..model }
+}
+
+/// Raw rate that a model makes this compensated rate of, beside its bias.
+pub(crate) fn turned_back(model: &GyroModel, rate_rad_s: &Vector3<f32>) -> Vector3<f32> {
+    model.p_matrix().try_inverse().map_or(*rate_rad_s, |inverse| inverse * rate_rad_s)
 }
 
 /// Returns true if the P that the filter began with is farther from the mean than chance makes it once in a thousand.
@@ -95,10 +107,12 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
                 *slot = sigma * sigma;
             }
         }
-        let b = [9, 10, 11].map(|k| averaged.mean.get(k).copied().unwrap_or(T::ZERO));
+        let gyro = stepped(self.model(&averaged.mean), &self.steps());
+        let of_effects = self.candidates.at_rest(&self.rests.still());
         Posterior {
-            gyro: self.stepped(self.model(&averaged.mean)),
-            bias_only: self.stepped(GyroModel { b_rad_s: self.bias_of(&b), ..self.settings.factory }),
+            gyro,
+            bias_only: GyroModel { b_rad_s: gyro.b_rad_s, ..self.settings.factory },
+            of_effects_at_rest_rad_s: turned_back(&gyro, &of_effects),
             sigma,
             p_covariance,
             decided: averaged.decided,
@@ -119,11 +133,9 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         (if stored < unscaled { stored } else { unscaled }).narrow()
     }
 
-    /// The model with the steps of its bias that are taken out.
-    pub(super) fn stepped(&self, model: GyroModel) -> GyroModel {
-        let steps = self.candidates.stepped().map(|x| x.narrow());
-        let turned_back = model.p_matrix().try_inverse().map_or(steps, |inverse| inverse * steps);
-        GyroModel { b_rad_s: (Vector3::from(model.b_rad_s) + turned_back).into(), ..model }
+    /// Steps of the bias that are taken out, rad/s of the compensated rate.
+    pub(super) fn steps(&self) -> Vector3<f32> {
+        self.candidates.stepped().map(|x| x.narrow())
     }
 
     fn fitness(&self, averaged: &Averaged<T>) -> Result<(), Refusal> {

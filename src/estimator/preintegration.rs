@@ -313,6 +313,11 @@ impl<T: Real> Preintegration<T> {
         (self.squares / n - mean.component_mul(&mean)) / (n - T::ONE)
     }
 
+    /// Notes that a part of what is taken out of the rate, rad/s, is part of the bias from now on.
+    pub fn settle(&mut self, step: &V3<T>) {
+        self.taken_out -= step * T::of(f32::from(self.increments));
+    }
+
     /// Mean of what is taken out of the rate, rad/s.
     pub fn mean_taken_out(&self) -> V3<T> {
         let n = if self.increments > 0 { self.increments } else { 1 };

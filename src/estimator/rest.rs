@@ -7,6 +7,8 @@ use super::{
     rows::REST_WEIGHT,
     settings::Settings,
 };
+use crate::compensation::Snapshot;
+use nalgebra::Vector3;
 
 /// Shortest node that can be half of a rest, seconds.
 const LEAST_S: f32 = 0.4;
@@ -91,6 +93,9 @@ pub(super) struct Rests<T> {
     doubted_s: T,
     /// Mean raw rate of these two nodes, rad/s.
     pub rate: V3<T>,
+    /// Specific force, m/s^2, and temperature over the effects' reference temperature, K, of the latest rest.
+    pub force_m_s2: Vector3<f32>,
+    pub warming_k: f32,
     /// When the latest rest ended, microseconds; 0: there was none.
     pub latest_us: u64,
     /// The latest 64 seconds, one bit each, the newest lowest: 1 for rest. And what there is of the second in progress.
@@ -107,6 +112,8 @@ impl<T: Real> Rests<T> {
             first_s: T::ZERO,
             doubted_s: T::ZERO,
             rate: zero3(),
+            force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            warming_k: 0.0,
             latest_us: 0,
             history: 0,
             second_s: T::ZERO,
@@ -127,6 +134,18 @@ impl<T: Real> Rests<T> {
     pub fn seconds(&self, seconds: u32) -> u32 {
         let mask = if seconds >= 64 { u64::MAX } else { (1 << seconds) - 1 };
         (self.history & mask).count_ones()
+    }
+
+    /// Readings of the latest rest.
+    pub fn still(&self) -> Snapshot {
+        Snapshot {
+            rate_rad_s: Vector3::zeros(),
+            acceleration_rad_s2: Vector3::zeros(),
+            force_m_s2: self.force_m_s2,
+            square_force_m2_s4: self.force_m_s2.norm_squared(),
+            field_ut: Vector3::zeros(),
+            warming_k: self.warming_k,
+        }
     }
 
     /// Returns true if the node that ends, and the one before it, were at rest.

@@ -100,7 +100,7 @@ impl<T: Real> Update<T> {
         if taken.kind == Kind::Rest {
             let (_, rate) = pre.rate_statistics();
             let block = Block { rows: still, weight: T::of(REST_WEIGHT), sigma };
-            rows::rest(block, &(rate - taken.parameters.bias - pre.mean_taken_out()));
+            rows::rest(block, &(rate - taken.parameters.bias - taken.parameters.turned_back(&pre.mean_taken_out())));
         } else if field == Readings::Used {
             refer(still, node, taken);
         }

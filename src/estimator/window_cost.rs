@@ -11,6 +11,7 @@ use core::ops::Range;
 use super::{
     Estimator,
     left_over::{COLUMNS, LeftOver, ROWS, WINDOW_NODES},
+    posterior::stepped,
     real::Real,
 };
 use crate::{
@@ -18,6 +19,7 @@ use crate::{
     compensation::GyroModel,
     optimizer::{Cost, LeastSquaresCost},
 };
+use nalgebra::Vector3;
 
 /// Number of elements of P and b.
 const GYRO: usize = COLUMNS - 1;
@@ -163,6 +165,8 @@ pub struct WindowCost<'a, const NODES: usize = WINDOW_NODES> {
     /// Model at the prior's mean, and the prior's widths.
     base: GyroModel,
     sigma: [f32; GYRO],
+    /// Steps of the bias that are taken out, rad/s of the compensated rate.
+    steps: Vector3<f32>,
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
@@ -171,15 +175,15 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     #[must_use]
     pub fn window_cost(&self) -> Option<WindowCost<'_, NODES>> {
         let (centre, filter) = (self.closing.centre()?, &self.filter);
-        let base = filter.stepped(filter.model(&[T::ZERO; GYRO]));
+        let base = filter.model(&[T::ZERO; GYRO]);
         let mut sigma = [0.0; GYRO];
-        let unit = filter.stepped(filter.model(&[T::ONE; GYRO]));
+        let unit = filter.model(&[T::ONE; GYRO]);
         let p = unit.p.as_flattened().iter().zip(base.p.as_flattened());
         let b = unit.b_rad_s.iter().zip(&base.b_rad_s);
         for (slot, (unit, base)) in sigma.iter_mut().zip(p.chain(b)) {
             *slot = unit - base;
         }
-        Some(WindowCost { rows: &filter.left_over, centre, base, sigma })
+        Some(WindowCost { rows: &filter.left_over, centre, base, sigma, steps: filter.steps() })
     }
 }
 
@@ -197,13 +201,14 @@ impl<const NODES: usize> WindowCost<'_, NODES> {
         for (((slot, mean), change), sigma) in slots.zip(&self.centre.mean).zip(change).zip(&self.sigma) {
             *slot += (mean + change) * sigma;
         }
-        model
+        stepped(model, &self.steps)
     }
 
     /// Whitened coordinates of a model: undoes [`WindowCost::model`].
     #[must_use]
     pub fn coordinates(&self, model: &GyroModel) -> [f32; GYRO] {
         let mut change = [0.0; GYRO];
+        let model = stepped(*model, &-self.steps);
         let p = model.p.as_flattened().iter().zip(self.base.p.as_flattened());
         let b = model.b_rad_s.iter().zip(&self.base.b_rad_s);
         for (((slot, (x, base)), mean), sigma) in

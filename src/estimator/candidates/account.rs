@@ -23,6 +23,20 @@ pub(in crate::estimator) struct Account<T> {
     pub taken: Vec<ColumnId, MAX_TAKEN>,
     pub mean: [T; MAX_TAKEN],
     pub covariance: [T; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
+    /// Factor of each one's deviation: that of the data over the stated one, up to its prior's.
+    dispersion: [T; MAX_TAKEN],
+}
+
+/// Factor of the variance of one parameter where the data vary by more than they state: at most to its prior's.
+fn dispersed<T: Real>(posterior: &Posterior<T>, parameter: usize, dispersion: T) -> T {
+    let variance = posterior.covariance.get(parameter).and_then(|row| row.get(parameter)).copied().unwrap_or(T::ONE);
+    if dispersion * variance <= T::ONE {
+        dispersion
+    } else if variance < T::ONE {
+        T::ONE / variance
+    } else {
+        T::ONE
+    }
 }
 
 impl<T: Real> Account<T> {
@@ -33,6 +47,7 @@ impl<T: Real> Account<T> {
             taken: Vec::new(),
             mean: [T::ZERO; MAX_TAKEN],
             covariance: [T::ZERO; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
+            dispersion: [T::ZERO; MAX_TAKEN],
         }
     }
 
@@ -77,9 +92,11 @@ impl<T: Real> Account<T> {
             && !candidates.is_of_either_vector(candidate, rivals);
         if !columns.are_nuisances() && claim.is_taken_out {
             claim.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
-            for (column, mean) in columns.iter().zip(mean).filter(|_| claim.is_taken_out) {
-                if let Some(slot) = self.mean.get_mut(self.taken.len()) {
+            for (k, (column, mean)) in columns.iter().zip(mean).enumerate().filter(|_| claim.is_taken_out) {
+                let slots = (self.mean.get_mut(self.taken.len()), self.dispersion.get_mut(self.taken.len()));
+                if let (Some(slot), Some(dispersion)) = slots {
                     *slot = mean;
+                    *dispersion = dispersed(&posterior, k, T::of(own)).root();
                 }
                 // There is room.
                 let _ = self.taken.push(column);
@@ -91,10 +108,11 @@ impl<T: Real> Account<T> {
     /// Computes one row of the covariance of what is taken out; returns false beyond the last.
     pub(super) fn join(&mut self, matrix: &Matrix<T>, index: usize, entered: &Entered) -> bool {
         let Some(column) = self.taken.get(index) else { return false };
-        let others = self.taken.iter().take(index + 1);
+        let others = self.taken.iter().zip(&self.dispersion).take(index + 1);
         let row = self.covariance.iter_mut().skip(index * (index + 1) / 2);
-        for (covariance, other) in row.zip(others) {
-            *covariance = entered.covariance(matrix, *column, *other);
+        let own = self.dispersion.get(index).copied().unwrap_or(T::ONE);
+        for (covariance, (other, dispersion)) in row.zip(others) {
+            *covariance = entered.covariance(matrix, *column, *other) * own * *dispersion;
         }
         true
     }

@@ -11,13 +11,14 @@ use super::{
 };
 use crate::{
     algebra::cholesky::Cholesky,
-    compensation::{Effect, effect::MAX_PARAMETERS},
+    compensation::{Effect, Sensor, Snapshot, effect::MAX_PARAMETERS},
     estimator::{
         columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX},
         globals::Globals,
         real::{Real, V3},
     },
 };
+use nalgebra::Vector3;
 
 /// Errors of the vector sensors that are always possible, with or without a name in the library.
 const NAMELESS: [Group; 6] = [MAG_MATRIX, HARD_IRON, MAG_LAG, ACCEL_LAG, ACCEL_MATRIX, ACCEL_BIAS];
@@ -270,6 +271,18 @@ impl<T: Real, const E: usize> Candidates<T, E> {
             }
         }
         sum
+    }
+
+    /// Part of a resting probe's rate that the effects which are taken out explain, rad/s. Steps of the bias have none:
+    /// they are in the bias.
+    pub fn at_rest(&self, still: &Snapshot) -> Vector3<f32> {
+        self.root.x.iter().zip(self.places()).fold(Vector3::zeros(), |sum, (x, place)| {
+            let effect = self.library().get(usize::from(place.effect));
+            match effect.filter(|effect| place.sensor == Sensor::Gyro && !effect.is_bias_step()) {
+                Some(effect) => sum + effect.term(usize::from(place.parameter), still) * (x.narrow() * place.usual),
+                None => sum,
+            }
+        })
     }
 
     /// Vector of the taken out column `of`: the outer products of these vectors add up to the covariance that the

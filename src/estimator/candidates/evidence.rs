@@ -9,7 +9,7 @@
 use super::{
     Candidates,
     account::Account,
-    candidate_id::CandidateId,
+    candidate_id::{CandidateId, CandidateSet},
     choice::{Choice, Misfit, Next},
     claims::Units,
     column_id::ColumnId,
@@ -106,7 +106,11 @@ impl<T: Real> Evidence<T> {
             candidates.named().any(|candidate| is_known(candidate) && candidates.columns_of(candidate).has(column))
         };
         self.hidden.choose(unturned, is_claimed);
-        self.choice.start(rules, misfit);
+        let mut stay = CandidateSet::EMPTY;
+        for claim in claims.iter().filter(|claim| claim.is_taken_out && claim.step == 0) {
+            stay.insert(CandidateId::new(usize::from(claim.effect)));
+        }
+        self.choice.start(rules, misfit, stay);
     }
 
     /// Work units of the next piece.

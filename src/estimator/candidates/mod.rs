@@ -27,7 +27,7 @@ use super::{
     columns::{BIAS, GLOBALS},
     globals::Globals,
     increment::Increment,
-    node::{self, Node},
+    node::Node,
     parameters::Parameters,
     preintegration::{Preintegration, Turned},
     real::{M3, Real, V3},
@@ -161,9 +161,9 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         rows: &[[T; WIDTH]; SCRATCH],
         attitude: &M3<T>,
         pre: &Preintegration<T>,
-        kind: node::Kind,
+        at_rest: Option<&M3<T>>,
     ) {
-        self.sums.fill((&self.root.node, self.places.used()), further, rows, attitude, pre, kind);
+        self.sums.fill((&self.root.node, self.places.used()), further, rows, attitude, pre, at_rest);
     }
 
     /// Eliminates two columns of the node's states from the rows of an update.

@@ -6,7 +6,6 @@ use crate::{
     compensation::Sensor,
     estimator::{
         columns::{FIELD, NODE, POSITION, VELOCITY},
-        node::Kind,
         preintegration::{Preintegration, Turned},
         real::{M3, Real, V3, zero3},
         rows::{NEW, OLD, REST_WEIGHT, SCRATCH, WIDTH},
@@ -77,7 +76,8 @@ impl<T: Real, const EFFECTS: usize> Sums<T, EFFECTS> {
     }
 
     /// Fills in the effects' columns of rows that have been written, with the weights of these rows: a row without
-    /// weight stays zero. `of_node`: those of the node's states before, of the first `used` effects.
+    /// weight stays zero. `of_node`: those of the node's states before, of the first `used` effects; `at_rest`: the
+    /// inverse of P, for a node at rest.
     pub fn fill(
         &self,
         (of_node, used): (&[[T; EFFECTS]; NODE], usize),
@@ -85,7 +85,7 @@ impl<T: Real, const EFFECTS: usize> Sums<T, EFFECTS> {
         rows: &[[T; WIDTH]; SCRATCH],
         attitude: &M3<T>,
         pre: &Preintegration<T>,
-        kind: Kind,
+        at_rest: Option<&M3<T>>,
     ) {
         *further = [[T::ZERO; EFFECTS]; SCRATCH];
         for (row, node) in further.iter_mut().zip(of_node) {
@@ -115,7 +115,6 @@ impl<T: Real, const EFFECTS: usize> Sums<T, EFFECTS> {
         let of_speed = at(velocity, NEW + VELOCITY);
         let of_place = at(position, NEW + POSITION);
         let of_place_by_speed = at(position, NEW + VELOCITY);
-        let rests = kind == Kind::Rest;
         // A limit that the compiler knows: no index has to be checked.
         for column in 0..if used < EFFECTS { used } else { EFFECTS } {
             let rotation = attitude * self.rotation[column];
@@ -125,8 +124,8 @@ impl<T: Real, const EFFECTS: usize> Sums<T, EFFECTS> {
             put(of_velocity, column, &of_speed, &-v);
             put(of_position, column, &of_place, &-p);
             put(of_position, column, &of_place_by_speed, &-v);
-            if rests {
-                put(of_rest, column, &[T::of(REST_WEIGHT); 3], &(self.rotation[column] * per_second));
+            if let Some(inverse) = at_rest {
+                put(of_rest, column, &[T::of(REST_WEIGHT); 3], &(inverse * self.rotation[column] * per_second));
             }
         }
     }

@@ -16,13 +16,17 @@ use crate::{
 };
 use nalgebra::Vector3;
 
+/// Number of increments over which the mean squares are kept, an hour and a half of them: a plain sum over weeks would
+/// stop to grow, and a longer mean to follow.
+const REMEMBERED: u32 = 1 << 17;
+
 /// Terms of the latest increment, and what the library's effects have added so far.
 pub(super) struct Terms<T, const EFFECTS: usize> {
     /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
     /// deviation.
     pub all: [V3<T>; EFFECTS],
-    /// Sums of the squares of what one unit of each of the library's parameters adds to a reading, and the number of
-    /// increments.
+    /// Mean squares of what one unit of each of the library's parameters adds to a reading, and the number of increments
+    /// that they are of, at most [`REMEMBERED`].
     pub squares: [T; PARAMETERS],
     pub increments: u32,
 }
@@ -41,8 +45,8 @@ impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
     /// Root mean square of what one unit of a parameter, counted in the library, adds to its sensor's reading.
     pub fn shown(&self, parameter: usize) -> T {
         match self.squares.get(parameter) {
-            Some(sum) if self.increments > 0 => (*sum / T::of(self.increments as f32)).root(),
-            _ => T::ZERO,
+            Some(mean) => mean.root(),
+            None => T::ZERO,
         }
     }
 
@@ -67,7 +71,8 @@ impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
             field_ut: narrowed(&(field * field_ut)),
             warming_k: increment.warming_k.map_or(0.0, |x| x.narrow()),
         };
-        self.increments = self.increments.saturating_add(1);
+        self.increments = if self.increments < REMEMBERED { self.increments + 1 } else { REMEMBERED };
+        let share = T::ONE / T::of(self.increments as f32);
         let mut out = TakenOut::nothing();
         let mut before = 0;
         let mut all = [Vector3::zeros(); MAX_PARAMETERS];
@@ -76,8 +81,8 @@ impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
             let terms = all.get_mut(..count).unwrap_or_default();
             effect.set_terms(&moment, terms);
             let squares = self.squares.get_mut(before..).unwrap_or_default();
-            for (sum, term) in squares.iter_mut().zip(terms.iter()) {
-                *sum += T::of(square(term));
+            for (mean, term) in squares.iter_mut().zip(terms.iter()) {
+                *mean += (T::of(square(term)) - *mean) * share;
             }
             before += count;
             match places.kind(index, *effect) {

@@ -4,7 +4,13 @@ use super::Increment;
 use crate::{
     compensation::GyroModel,
     estimator::real::{M3, Real, V3, identity, norm, rotation, rotation_vector, square, widened, zero3, zero33},
+    sample::BEYOND_ANY_ACCEL_M_S2,
+    units::STANDARD_GRAVITY_M_S2,
 };
+
+/// Specific force that may be missing in the mean of an increment with a clipped reading: the full scale of 16 g of the
+/// parts for drilling.
+const CLIPPED_M_S2: f32 = 16.0 * STANDARD_GRAVITY_M_S2;
 
 /// The gyro model that rotations are composed with.
 #[derive(Clone, Copy)]
@@ -102,6 +108,13 @@ impl<T: Real> Sums<T> {
             self.rotation *= rotation(turn);
             self.rotation
         }
+    }
+
+    /// Notes a sample whose specific force the accelerometer could not read: a blow beyond its full scale, for as long as
+    /// a sample stands for.
+    pub fn lose_force(&mut self, period_s: T) {
+        self.square_peak = T::of(BEYOND_ANY_ACCEL_M_S2 * BEYOND_ANY_ACCEL_M_S2);
+        self.unread_velocity += square(&V3::new(T::of(CLIPPED_M_S2) * period_s, T::ZERO, T::ZERO));
     }
 
     /// Adds a sample: its rate less the bias and its turn, and the readings, which stand at the rotation `at`.

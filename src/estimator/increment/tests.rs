@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::compensation::GyroModel;
+extern crate std;
+use std::vec::Vec;
 
 /// Sum over the increments of a steady turn at 100 Hz, in which one rate is read as told: variance of the turn, rad^2.
 fn unread_turn(rate_rad_s: f32, told: Reading) -> f64 {
@@ -32,4 +34,64 @@ fn a_rate_beyond_the_full_scale_is_uncertain_by_itself_and_a_lost_one_by_less() 
         assert!(read == 0.0 && lost < 0.1 * clipped + 1e-5, "{rate_rad_s}: {read} {lost} {clipped}");
         assert!((clipped / (turn * turn) - 1.0).abs() < 0.1, "{rate_rad_s}: {clipped}");
     }
+}
+
+/// Increments of samples at 100 Hz.
+fn increments(
+    samples: impl Iterator<Item = [Reading; 3]>,
+    warming_k: impl Fn(usize) -> Option<f32>,
+) -> Vec<Increment<f64>> {
+    let with = Composition::<f64>::new(&GyroModel::IDENTITY).unwrap();
+    let mut builder = Builder::<f64>::zero();
+    builder.start(0.01, false);
+    let taken = samples.enumerate().filter_map(|(k, readings)| {
+        builder.warm(warming_k(k));
+        match builder.push((10_000 * k as u64, 0.01), &with, readings) {
+            Some(Item::Increment(increment)) => Some(increment),
+            _ => None,
+        }
+    });
+    taken.collect()
+}
+
+fn usable(v: [f32; 3]) -> Reading {
+    Reading::Usable(v.into())
+}
+
+#[test]
+fn a_force_beyond_the_full_scale_is_the_hardest_blow_and_leaves_the_velocity_uncertain() {
+    let found = |hit: Reading| {
+        let force = |k: usize| if k == 50 { hit } else { usable([0.0, 0.0, -9.8]) };
+        let samples = (0..100).map(|k| [usable([0.0, 0.0, 0.1]), force(k), usable([20.0, 0.0, 40.0])]);
+        let all = increments(samples, |_| None);
+        let peak = all.iter().fold(0.0_f64, |most, increment| most.max(increment.peak));
+        (peak, all.iter().map(|increment| increment.unread_velocity).sum::<f64>())
+    };
+    let (peak, unread) = found(Reading::Unusable);
+    // 16 g for one period.
+    assert!(peak > found(usable([0.0, 0.0, -400.0])).0 && (libm::sqrt(unread) - 1.57).abs() < 0.01, "{peak} {unread}");
+    assert_eq!(found(Reading::Missing).1, 0.0);
+}
+
+#[test]
+fn a_temperature_holds_until_the_next_one() {
+    let samples = (0..100).map(|_| [usable([0.0, 0.0, 0.1]), usable([0.0, 0.0, -9.8]), usable([20.0, 0.0, 40.0])]);
+    let warmed = increments(samples, |k| (k % 7 == 0).then_some(k as f32));
+    assert!(warmed.len() > 20);
+    for increment in warmed {
+        let k = increment.end_us / 10_000;
+        assert_eq!(increment.warming_k, Some((k - k % 7) as f64));
+    }
+}
+
+#[test]
+fn a_turn_that_is_bridged_is_less_than_half_a_turn() {
+    let rate_rad_s = 31.0;
+    let rate = |k: usize| if (60..70).contains(&k) { Reading::Missing } else { usable([0.0, 0.0, rate_rad_s]) };
+    let samples = (0..200).map(|k| [rate(k), usable([0.0, 0.0, -9.8]), usable([0.0, 0.0, 40.0])]);
+    let all = increments(samples, |_| None);
+    for increment in &all {
+        assert!((increment.rate.z - f64::from(rate_rad_s)).abs() < 1e-3, "{increment:?}");
+    }
+    assert!(all.len() > 40);
 }

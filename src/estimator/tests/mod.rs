@@ -4,6 +4,7 @@ extern crate std;
 
 mod drilled;
 mod motion;
+mod steps;
 
 use super::{Estimator, Posterior, Real, Refusal, Settings};
 use crate::{

@@ -25,7 +25,8 @@ fn no_point_of_the_search_box_costs_less_than_the_mean_of_nodes_that_are_all_ali
     (0..GYRO).for_each(|i| covariance[i * (i + 3) / 2] = 0.01);
     let mut centre = Centre::new(&rows, &[0.0; GYRO], &covariance, 1.0).unwrap();
     let lowest = |centre: &Centre| {
-        let cost = WindowCost { rows: &rows, centre, base: GyroModel::IDENTITY, sigma: [0.01; GYRO] };
+        let cost =
+            WindowCost { rows: &rows, centre, base: GyroModel::IDENTITY, sigma: [0.01; GYRO], steps: Vector3::zeros() };
         let along = |k: usize, y: f32| cost.evaluate(&core::array::from_fn(|i| if i == k { y } else { 0.0 }));
         let far = (0..GYRO).flat_map(|k| [-10.0, -3.0, 3.0, 10.0].map(|y| along(k, y)));
         far.reduce(|least, cost| if cost < least { cost } else { least }).unwrap() - cost.evaluate(&[0.0; GYRO])

@@ -5,7 +5,7 @@
 extern crate std;
 
 use super::{
-    super::{CandidateSet, Rules, Units, Unturned, column_id::ColumnId, evidence::Evidence},
+    super::{CandidateSet, Misfit, Rules, Units, Unturned, column_id::ColumnId, evidence::Evidence},
     BENDS, COLUMNS, Candidates, E, GLOBALS, Globals, LAGS, MADE, OF_BEND, OF_IRON, OF_LAG, OF_SHEAR, OF_STEP, OF_TWIST,
     Row, SCRATCH, SHEARS, STEPS_FROM, TWISTS, WIDTH, deviate,
     problem::{Problem, SOUND, columns_of},
@@ -124,6 +124,52 @@ fn what_is_there_is_claimed_as_the_posterior_says_and_what_is_not_is_not() {
         }
         assert_eq!(problem.evidence.account.claims.len(), claims.len());
     }
+}
+
+#[test]
+fn what_is_taken_out_is_as_uncertain_as_the_data_vary_but_no_more_than_its_prior() {
+    let truth = [(GLOBALS + SHEARS, 3.0), (GLOBALS + SHEARS + 1, -2.0)];
+    for seed in 20..24 {
+        let mut problem = Problem::new(seed, &truth, as_they_are);
+        let rules = Rules { least: 5.0, with_nuisances: false };
+        problem.weigh(&rules);
+        let sound: Vec<_> = problem.evidence.account.covariance[..3].to_vec();
+        problem.weigh_as(&rules, Misfit { dispersion: 4.0, is_unexplained: false }, Unturned::NONE);
+        assert_eq!(problem.claimed(), [OF_SHEAR]);
+        let varied = &problem.evidence.account.covariance;
+        for k in [0, 2] {
+            let expected = (4.0 * sound[k]).min(1.0);
+            assert!((varied[k] - expected).abs() < 1e-9, "{seed}: {} {expected}", varied[k]);
+        }
+        let together = sound[1] * libm::sqrt(varied[0] / sound[0]) * libm::sqrt(varied[2] / sound[2]);
+        assert!((varied[1] - together).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn what_is_taken_out_stays_where_it_would_not_be_taken_out_anew() {
+    let rules = Rules { least: 5.0, with_nuisances: false };
+    let unexplained = || Misfit { dispersion: 1.0, is_unexplained: true };
+    let mut weak = 0;
+    for seed in 20..60 {
+        let of = |seed| Problem::new(seed, &[(HARD_IRON.from + 2, 0.6)], as_they_are);
+        let mut problem = of(seed);
+        problem.weigh(&rules);
+        // Enough to be taken out, and too little beside fields that contradict each other.
+        let iron = problem.evidence.account.claims.iter().find(|claim| usize::from(claim.effect) == OF_IRON);
+        let evidence = iron.map(|claim| claim.evidence);
+        if !evidence.is_some_and(|evidence| (6.0..14.0).contains(&evidence)) {
+            continue;
+        }
+        weak += 1;
+        problem.weigh_as(&rules, unexplained(), Unturned::NONE);
+        assert!(problem.claimed().contains(&OF_IRON), "{seed}: {evidence:?}");
+        let mut anew = of(seed);
+        anew.known.learn(&anew.rows);
+        anew.weigh_as(&rules, unexplained(), Unturned::NONE);
+        assert!(!anew.claimed().contains(&OF_IRON), "{seed}");
+    }
+    assert!(weak > 4, "{weak}");
 }
 
 #[test]

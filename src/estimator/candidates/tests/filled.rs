@@ -15,7 +15,7 @@ use crate::{
         parameters::Parameters,
         preintegration::Preintegration,
         reading::Taken,
-        real::{M3, V3, identity, rotation, rotation_vector, zero3},
+        real::{M3, V3, rotation, rotation_vector, zero3},
         rows::{CONSTANT, NEW, OLD, ROWS, SCRATCH},
         update::Update,
     },
@@ -101,7 +101,8 @@ impl Setting {
 
     /// Rows of the node with this taken out.
     fn rows(&mut self, x: &[f64; EFFECTS]) -> Rows {
-        let parameters = Parameters::new(&[0.0; 37], &zero3(), &identity());
+        let p = M3::new(1.1, 0.02, -0.03, 0.01, 0.94, 0.04, -0.02, 0.03, 1.05);
+        let parameters = Parameters::new(&[0.0; 37], &zero3(), &p);
         self.candidates.root.x = *x;
         self.candidates.start_node();
         let mut pre = Preintegration::zero();
@@ -130,7 +131,8 @@ impl Setting {
         let mut node = self.node;
         update.assemble(&mut node, &taken);
         let mut further = Box::new([[0.0; EFFECTS]; SCRATCH]);
-        self.candidates.fill(&mut further, &update.rows, &node.attitude, &pre, self.kind);
+        let at_rest = (self.kind == Kind::Rest).then(|| parameters.inverse());
+        self.candidates.fill(&mut further, &update.rows, &node.attitude, &pre, at_rest.as_ref());
         let at_node = self.node.attitude;
         let (velocity, position) = (at_node * pre.velocity.value, at_node * pre.position.value);
         Rows { rows: update, further, attitude: at_node * pre.rotation, velocity, position }

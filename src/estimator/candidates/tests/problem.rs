@@ -46,7 +46,7 @@ impl Problem {
         }
         let mut known = Box::new(Known::new());
         known.candidates.terms.increments = 4;
-        known.candidates.terms.squares = core::array::from_fn(|k| 4.0 * (1 + k) as f64 * (1 + k) as f64);
+        known.candidates.terms.squares = core::array::from_fn(|k| (1 + k) as f64 * (1 + k) as f64);
         let sigma = core::array::from_fn(|c| 0.1 + 0.01 * c as f64);
         Self { rows, known, evidence: Box::new(Evidence::zero()), sigma }
     }
