@@ -21,6 +21,7 @@ mod series;
 mod source;
 mod table;
 mod text;
+mod time_stamps;
 mod ulog;
 mod units;
 
@@ -78,8 +79,14 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
         *whole.part_mut(part.quantity) = part.part.clone();
     }
     let gyro = all.first().cloned().unwrap_or_default();
-    let findings =
-        gate::findings(&gate::Imported { merged: &merged, gyro: &gyro, all: &all, map: &whole, keys: &header });
+    let findings = gate::findings(&gate::Imported {
+        merged: &merged,
+        gyro: &gyro,
+        all: &all,
+        parts: &parts,
+        map: &whole,
+        keys: &header,
+    });
     let trace = merged.trace(header);
     Ok(Import { trace, map: whole, findings, parts, all, merged })
 }

@@ -41,9 +41,24 @@ impl Table {
         self.columns.iter().find(|column| column.name.trim().eq_ignore_ascii_case(name.trim()))
     }
 
+    /// Names of its columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|column| column.name.as_str())
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())
     }
+}
+
+/// Names that a message tells of those that there are.
+pub const TOLD: usize = 40;
+
+/// Names in a row, the first `most` of them, and how many more there are.
+pub fn listed<'a>(names: impl Iterator<Item = &'a str>, most: usize) -> String {
+    let names: Vec<&str> = names.collect();
+    let more = if names.len() > most { format!(" and {} more", names.len() - most) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(most)].join(", "))
 }
