@@ -34,7 +34,8 @@ pub struct ImportArgs {
     /// Write the trace although the gate found it wrong
     #[arg(long)]
     pub force: bool,
-    /// Refuse a source with repeated, late or missing times instead of dropping these rows
+    /// Refuse a source that is cut off or damaged instead of reading the rest, and one with repeated, late or missing
+    /// times instead of dropping these rows
     #[arg(long)]
     pub strict: bool,
 }
@@ -65,6 +66,9 @@ pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     let mut out = told();
     imported.describe(&mut out)?;
     let refuse = |why: String| Err(Failure::BadInput(why).into());
+    if args.strict && !imported.lost.is_empty() {
+        return refuse(format!("{}; --strict forbids that", imported.lost.join("; ")));
+    }
     if args.strict && imported.dropped() > 0 {
         return refuse(format!(
             "{} rows have a repeated, late or missing time, and --strict forbids to drop them",

@@ -32,12 +32,13 @@ use std::{
 
 pub use column_map::{ColumnMap, Part};
 pub use gate::{Finding, Verdict};
-pub use source::STDIN;
+pub use source::{STDIN, files};
 
 use merged::{Merged, merged};
 use resolve::{Resolved, resolve};
 use rotation_fit::fit;
 use series::{Series, series};
+use table::Contents;
 use units::Quantity;
 
 use crate::{
@@ -54,6 +55,8 @@ pub struct Import {
     pub map: ColumnMap,
     /// Findings of the gate.
     pub findings: Vec<Finding>,
+    /// Reasons for which a part of a file is not read: it is cut off or damaged.
+    pub lost: Vec<String>,
     parts: Vec<Resolved>,
     all: Vec<Series>,
     merged: Merged,
@@ -65,11 +68,12 @@ pub struct Import {
 /// # Errors
 /// Description of what cannot be read or understood, with its file and place.
 pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
-    let tables = source::tables(sources, map.dialect)?;
+    let Contents { tables, lost, notes } = source::contents(sources, map.dialect)?;
     let mut header = header(sources, &tables, map, keys)?;
     let mut parts = resolve(&tables, map)?;
     let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
     let mut merged = merged(&parts, all.clone())?;
+    merged.notes.extend(lost.iter().cloned().chain(notes));
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
@@ -88,7 +92,7 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
         keys: &header,
     });
     let trace = merged.trace(header);
-    Ok(Import { trace, map: whole, findings, parts, all, merged })
+    Ok(Import { trace, map: whole, findings, lost, parts, all, merged })
 }
 
 impl Import {

@@ -11,6 +11,25 @@ pub struct Table {
     pub keys: Vec<(String, String)>,
 }
 
+/// Contents of a file, or of several.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Its tables.
+    pub tables: Vec<Table>,
+    /// Reasons for which a part of it is not read: it is cut off or damaged.
+    pub lost: Vec<String>,
+    /// Remarks on what is there and was passed over.
+    pub notes: Vec<String>,
+}
+
+impl Contents {
+    /// Tables that were read as a whole.
+    #[must_use]
+    pub fn whole(tables: Vec<Table>) -> Self {
+        Self { tables, ..Self::default() }
+    }
+}
+
 /// A named column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {

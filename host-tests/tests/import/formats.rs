@@ -4,14 +4,17 @@ use std::collections::BTreeMap;
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::{
-    import::{ColumnMap, Verdict, import},
+    import::{ColumnMap, Import, Verdict, import},
     trace::Trace,
 };
 use tempfile::TempDir;
 
-use crate::files::{
-    Written, accel, flies_as, flies_as_the_original, flies_within, flight, gyro, imported, mag, original, rows, si,
-    with_map, written,
+use crate::{
+    files::{
+        Written, accel, flies_as, flies_as_the_original, flies_within, flight, gyro, imported, mag, original, rows, si,
+        with_map, written,
+    },
+    rig::program::mwd,
 };
 
 const G: f64 = 9.806_65;
@@ -283,11 +286,23 @@ fn a_ulog() {
     std::fs::write(&path, &bytes).unwrap();
     let told = imported(std::slice::from_ref(&path));
     assert_eq!(told.map.mag.unit.as_deref(), Some("gauss"));
+    assert_eq!(told.lost, [""; 0]);
     flies_as_the_original(&told);
-    // Cut off, as by a crash of the vehicle: the samples before are there.
+    // Cut off, as by a crash of the vehicle: the samples before are there, and it is told.
     std::fs::write(&path, &bytes[..bytes.len() / 2 + 7]).unwrap();
-    let half = imported(&[path]).trace.samples.len();
+    let told = imported(std::slice::from_ref(&path));
+    let half = told.trace.samples.len();
     assert!(half.abs_diff(original().samples.len() / 2) < 50, "{half}");
+    is_told_as_lost(&told, "the ULog is cut off");
+    let strict = mwd(&["import", path.to_str().unwrap(), "--strict"]);
+    let said = String::from_utf8_lossy(&strict.stderr);
+    assert!(strict.status.code() == Some(2) && said.contains("the ULog is cut off"), "{said}");
+}
+
+/// What was lost of the only file is told as a note of the trace.
+fn is_told_as_lost(told: &Import, what: &str) {
+    let [lost] = &told.lost[..] else { panic!("{:?}", told.lost) };
+    assert!(lost.contains(what) && told.trace.notes.contains(lost), "{lost}: {:?}", told.trace.notes);
 }
 
 /// A .mat with a structure of single and double arrays, one of which lies, byte by byte after MathWorks' description of
@@ -401,6 +416,9 @@ fn an_mcap_of_ros_2_and_json() {
     assert_eq!(told.map.mag.unit.as_deref(), Some("T"));
     assert_eq!(told.map.gyro.table.as_deref(), Some("/imu/data"));
     assert!(!told.is_wrong(), "{:#?}", told.findings);
+    assert_eq!(told.lost, [""; 0]);
+    let unread = "drive.mcap: messages that are not understood are left out: /camera (protobuf)";
+    assert!(told.trace.notes.iter().any(|note| note.ends_with(unread)), "{:?}", told.trace.notes);
     // The clock starts with the second of its first message, not with a date.
     let mut trace = told.trace;
     let second = original().first_us() / 1_000_000;
@@ -408,8 +426,48 @@ fn an_mcap_of_ros_2_and_json() {
     flies_within(&trace, 0.01);
     // Cut off: what is there counts.
     std::fs::write(&path, &bytes[..bytes.len() * 3 / 4]).unwrap();
-    let part = imported(&[path]).trace.samples.len();
+    let told = imported(std::slice::from_ref(&path));
+    let part = told.trace.samples.len();
     assert!(part > original().samples.len() / 2 && part < original().samples.len(), "{part}");
+    is_told_as_lost(&told, "the MCAP is cut off");
+    // All messages are there, and the end is not.
+    std::fs::write(&path, &bytes[..bytes.len() - 8]).unwrap();
+    is_told_as_lost(&imported(&[path]), "the MCAP is cut off");
+}
+
+/// A digit of one message that is another one: only the sum of its chunk tells.
+#[test]
+fn a_damaged_mcap_is_told() {
+    use mcap::{WriteOptions, records::MessageHeader};
+
+    let mut writer = WriteOptions::new().compression(None).create(std::io::Cursor::new(Vec::new())).unwrap();
+    let imu = writer.add_channel(0, "/imu", "json", &BTreeMap::new()).unwrap();
+    for (sequence, sample) in (0..).zip(&original().samples) {
+        let three = |of: fn(&Sample, usize) -> Option<f64>| {
+            let [x, y, z] = [0, 1, 2].map(|axis| of(sample, axis));
+            serde_json::json!({"x": x, "y": y, "z": z})
+        };
+        let message = serde_json::json!({"gyro": three(gyro), "accel": three(accel), "mag": three(mag)});
+        let (log_time, publish_time) = (sample.t_us * 1_000, sample.t_us * 1_000);
+        let header = MessageHeader { channel_id: imu, sequence, log_time, publish_time };
+        writer.write_to_known_channel(&header, message.to_string().as_bytes()).unwrap();
+    }
+    writer.finish().unwrap();
+    let mut bytes = writer.into_inner().into_inner();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("drive.mcap");
+    std::fs::write(&path, &bytes).unwrap();
+    let whole = imported(std::slice::from_ref(&path));
+    assert!(whole.lost.is_empty() && whole.trace.samples.len() == original().samples.len(), "{:?}", whole.lost);
+    let (half, sought) = (bytes.len() / 2, b"\"x\":0.");
+    let digit = half + bytes[half..].windows(sought.len()).position(|text| text == sought).unwrap() + sought.len();
+    bytes[digit] = if bytes[digit] == b'9' { b'1' } else { bytes[digit] + 1 };
+    std::fs::write(&path, &bytes).unwrap();
+    let told = imported(std::slice::from_ref(&path));
+    is_told_as_lost(&told, "the MCAP is damaged");
+    let count = told.trace.samples.len();
+    assert!(count > original().samples.len() / 3 && count < original().samples.len(), "{count}");
+    assert_eq!(mwd(&["import", path.to_str().unwrap(), "--strict"]).status.code(), Some(2));
 }
 
 /// A Parquet file with a clock of its own, a gyro in deg/s and gaps in the field.
