@@ -12,6 +12,7 @@ mod median;
 mod merged;
 mod names;
 mod one_clock;
+mod own_columns;
 mod parquet_file;
 pub mod plausible;
 mod resolve;
@@ -23,6 +24,7 @@ mod table;
 mod text;
 mod time_stamps;
 mod ulog;
+mod unused_columns;
 mod units;
 
 use std::{
@@ -35,11 +37,13 @@ pub use gate::{Finding, Verdict};
 pub use source::{STDIN, files};
 
 use merged::{Merged, merged};
+use own_columns::OwnColumns;
 use resolve::{Resolved, resolve};
 use rotation_fit::fit;
 use series::{Series, series};
-use table::Contents;
+use table::{Contents, Table};
 use units::Quantity;
+use unused_columns::unused_columns;
 
 use crate::{
     failure::Failure,
@@ -72,8 +76,10 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
     let mut header = header(sources, &tables, map, keys)?;
     let mut parts = resolve(&tables, map)?;
     let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
-    let mut merged = merged(&parts, all.clone())?;
-    merged.notes.extend(lost.iter().cloned().chain(notes));
+    let own = OwnColumns::of(&tables, &parts, &all);
+    let unused = unused_columns(&tables, &parts, &own);
+    let mut merged = merged(&parts, all.clone(), own)?;
+    merged.notes.extend(lost.iter().cloned().chain(notes).chain(unused));
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
@@ -121,12 +127,7 @@ impl Import {
 }
 
 /// Keys of the trace: those above the source's header row, over them the map's, over them the command line's.
-fn header(
-    sources: &[PathBuf],
-    tables: &[table::Table],
-    map: &ColumnMap,
-    given: &[(String, String)],
-) -> Result<Keys, Failure> {
+fn header(sources: &[PathBuf], tables: &[Table], map: &ColumnMap, given: &[(String, String)]) -> Result<Keys, Failure> {
     let names: Vec<String> =
         sources.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     let mut keys = Keys { source: Some(names.join(" ")), ..Keys::default() };

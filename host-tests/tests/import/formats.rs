@@ -186,10 +186,14 @@ fn a_slow_sensors_time_has_the_unit_in_which_it_lasts_as_long_as_the_gyros() {
     let mut map = told.map.clone();
     map.mag.time_unit = Some("ms".into());
     let wrong = import(&paths, &map, &[]).unwrap();
-    let finding = wrong.findings.iter().find(|finding| finding.told.starts_with("the magnetometer covers 0.0")).unwrap();
+    let finding =
+        wrong.findings.iter().find(|finding| finding.told.starts_with("the magnetometer covers 0.0")).unwrap();
     assert_eq!(finding.verdict, Verdict::Wrong);
     assert!(finding.told.contains(" s of the gyro's 39.") || finding.told.contains(" s of the gyro's 40."));
-    assert!(finding.fix.as_ref().is_some_and(|fix| fix.contains("time_unit = ") && fix.contains("[mag]")), "{finding:?}");
+    assert!(
+        finding.fix.as_ref().is_some_and(|fix| fix.contains("time_unit = ") && fix.contains("[mag]")),
+        "{finding:?}"
+    );
 }
 
 /// A table with a time for each sensor, of which one starts later; with one for some sensors only it is asked which.
@@ -226,8 +230,44 @@ fn a_sensor_has_the_time_that_names_it() {
     let times = [&told.map.gyro, &told.map.accel, &told.map.mag].map(|part| part.time.as_deref());
     assert_eq!(times, [Some("time"), Some("time"), Some("time_mag")]);
     let refused = import(&[table(&names.replace("time_acc", "other"))], &ColumnMap::default(), &[]).unwrap_err();
-    let expected = "[accel] log: the columns of time, time_gyr, time_mag, are of other sensors; name this one's by `time = \"";
+    let expected =
+        "[accel] log: the columns of time, time_gyr, time_mag, are of other sensors; name this one's by `time = \"";
     assert!(refused.to_string().starts_with(expected), "{refused}");
+}
+
+/// A trace of this program keeps what only its traces have, and what is not used is told.
+#[test]
+fn a_trace_keeps_its_flags_and_what_is_not_used_is_told() {
+    let folder = TempDir::new().unwrap();
+    let count = original().samples.len();
+    let flags = |row: usize| if row % 100 == 7 { SampleFlags::FAULT } else { SampleFlags::empty() };
+    let mut trace = Trace {
+        driver_flags: Some((0..count).map(flags).collect()),
+        movement: Some((0..count).map(|row| row > 3_000).collect()),
+        rest: Some((0..count).map(|row| row < 2_500).collect()),
+        ..original().clone()
+    };
+    trace.mark_clipped(&trace.keys.full_scale());
+    let path = folder.path().join("trace.csv");
+    trace.write(&path).unwrap();
+    let mut lines: Vec<String> = std::fs::read_to_string(&path).unwrap().lines().map(str::to_owned).collect();
+    let head = lines.iter().position(|line| !line.starts_with('#')).unwrap();
+    for (row, line) in lines.iter_mut().enumerate().skip(head) {
+        *line += if row == head { ",humidity,volts" } else { ",40,3.3" };
+    }
+    // A row that is dropped takes its flags with it.
+    lines.insert(head + 1_000, lines[head + 999].clone());
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]).trace;
+    assert_eq!((told.samples.len(), &told.driver_flags), (count, &trace.driver_flags));
+    assert!(told.movement == trace.movement && told.rest == trace.rest);
+    assert!(told.samples.iter().zip(&trace.samples).all(|(a, b)| a.flags == b.flags));
+    assert!(told.notes.contains(&"columns of log that are not used: humidity, volts".to_owned()), "{:?}", told.notes);
+    // A column so named of another logger is not the trace's.
+    lines[head] = lines[head].replace("t_s", "time_s");
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]).trace;
+    assert_eq!((told.driver_flags, told.movement, told.rest), (None, None, None));
+    let note = "columns of log that are not used: movement, rest, sample_flags, humidity, volts";
+    assert!(told.notes.contains(&note.to_owned()), "{:?}", told.notes);
 }
 
 #[test]
