@@ -12,7 +12,7 @@ use super::same_file::same_file;
 use crate::{
     console::{is_stdio, told},
     failure::Failure,
-    import::{ColumnMap, import},
+    import::{ColumnMap, files, import},
 };
 
 /// Options of `import`.
@@ -52,8 +52,9 @@ fn key(text: &str) -> Result<(String, String), String> {
 pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     // Nothing stands beside the standard output.
     let map_file = args.output.as_deref().filter(|output| !is_stdio(output)).map(beside);
+    let read: Vec<Vec<PathBuf>> = args.sources.iter().map(|source| files(source)).collect::<Result<_, _>>()?;
     for output in [&args.output, &map_file].into_iter().flatten() {
-        if args.sources.iter().chain(&args.map).any(|read| same_file(output, read)) {
+        if read.iter().flatten().chain(&args.map).any(|read| same_file(output, read)) {
             return Err(Failure::BadInput(format!(
                 "{}: the trace would overwrite what it is made of",
                 output.display()
