@@ -14,14 +14,17 @@ use crate::failure::Failure;
 pub const STDIO: &str = "-";
 
 /// Options that name an output.
-const OUTPUTS: [&str; 13] = [
+const OUTPUTS: [&str; 16] = [
     "-o",
     "--attitude",
     "--rates",
     "--surveys",
+    "--dynamics",
+    "--burst",
     "--json",
     "--html",
     "--csv",
+    "--plain",
     "--witsml1",
     "--witsml2",
     "--las",
@@ -32,6 +35,7 @@ const OUTPUTS: [&str; 13] = [
 
 static QUIET: AtomicBool = AtomicBool::new(false);
 static RESULT_ON_STDOUT: AtomicBool = AtomicBool::new(false);
+static READER_IS_GONE: AtomicBool = AtomicBool::new(false);
 
 /// Sets what the whole run goes by, from its arguments.
 pub fn begin(quiet: bool, arguments: &[String]) {
@@ -51,8 +55,24 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
+/// Returns true if the standard output or error could not be written since its reader has closed it: it has what it
+/// wanted.
+#[must_use]
+pub fn reader_is_gone() -> bool {
+    READER_IS_GONE.load(Ordering::Relaxed)
+}
+
 /// Name of the standard output in an error.
 const STDOUT: &str = "standard output";
+
+/// The error of a standard output; if it is that of a closed pipe, keeps that in mind. The error of a probe's line that
+/// broke is of the same kind, and must not pass for one.
+fn noted(error: io::Error) -> io::Error {
+    if error.kind() == io::ErrorKind::BrokenPipe {
+        READER_IS_GONE.store(true, Ordering::Relaxed);
+    }
+    error
+}
 
 /// An output whose errors say that they are its own.
 struct Named<W> {
@@ -61,8 +81,9 @@ struct Named<W> {
 }
 
 impl<W> Named<W> {
-    /// The error with the output's name; its kind stays, by which a closed pipe is known.
+    /// The error with the output's name.
     fn failed(&self, error: io::Error) -> io::Error {
+        let error = noted(error);
         io::Error::new(error.kind(), Failure::output(Path::new(self.name), &error))
     }
 }
@@ -74,6 +95,19 @@ impl<W: Write> Write for Named<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush().map_err(|error| self.failed(error))
+    }
+}
+
+/// The standard output in the place of a file, which who writes it names.
+struct AsFile(io::Stdout);
+
+impl Write for AsFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes).map_err(noted)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush().map_err(noted)
     }
 }
 
@@ -112,7 +146,7 @@ pub fn is_stdio(path: &Path) -> bool {
 /// # Errors
 /// The file cannot be made.
 pub fn create(path: &Path) -> io::Result<Box<dyn Write>> {
-    Ok(if is_stdio(path) { Box::new(io::stdout()) } else { Box::new(File::create(path)?) })
+    Ok(if is_stdio(path) { Box::new(AsFile(io::stdout())) } else { Box::new(File::create(path)?) })
 }
 
 /// Writes a text to a file or to the standard output.

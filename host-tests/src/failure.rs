@@ -22,11 +22,13 @@ pub enum Failure {
         /// Reason that the system gives.
         why: String,
     },
-    /// A probe's line cannot be opened.
-    #[error("{place}: cannot be opened: {why}")]
+    /// A probe's line cannot be opened, read or written.
+    #[error("{place}: cannot be {what}: {why}")]
     Port {
         /// The port, file or address.
         place: String,
+        /// What cannot be done with it, such as "opened".
+        what: &'static str,
         /// Reason that the system gives.
         why: String,
     },

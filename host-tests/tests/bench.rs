@@ -239,6 +239,15 @@ fn the_json_goes_nowhere_where_it_cannot_be_written() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("/nonexistent/bench.json"));
 }
 
+/// On the standard output it is alone, and the tables are on the standard error.
+#[test]
+fn the_json_may_go_to_the_standard_output() {
+    let output = mwd(&["--seeds", "1", "--only", "turntable", "--json", "-"]);
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(document["tables"][0]["section"], "turntable");
+    assert!(output.status.success() && !output.stderr.is_empty(), "{output:?}");
+}
+
 /// If the emulator is missing and may not be installed, the exit status and the message say so.
 #[test]
 fn without_an_emulator_the_cost_on_the_chip_is_not_made_up() {

@@ -16,6 +16,9 @@ use rig::{
 use serde_json::Value;
 use tempfile::TempDir;
 
+const STATIONS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.csv");
+const SETTINGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.toml");
+
 /// Output of the program with bytes on its standard input.
 fn piped(arguments: &[&str], input: &[u8]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
@@ -56,6 +59,18 @@ fn a_pipe_is_a_file() {
     assert_eq!(there, here);
     let flown = piped(&["replay", "-", "--attitude=-"], &simulated.stdout);
     assert_eq!(flown.stdout, std::fs::read(&attitude).unwrap());
+
+    // Of every other result, too.
+    for option in ["--rates", "--surveys", "--dynamics", "--burst"] {
+        let file = at("result.csv");
+        assert!(mwd(&["replay", &trace, option, &file]).status.success());
+        let flown = piped(&["replay", "-", option, "-"], &simulated.stdout);
+        assert_eq!(flown.stdout, std::fs::read(&file).unwrap(), "{option}");
+    }
+    let run = ["survey", STATIONS, "--run", SETTINGS, "--plain"];
+    let file = at("plain.csv");
+    assert!(mwd(&[&run[..], &[&file]].concat()).status.success());
+    assert_eq!(piped(&[&run[..], &["-"]].concat(), b"").stdout, std::fs::read(&file).unwrap());
 
     let imported = piped(&["import", "-", "-o", "-"], &simulated.stdout);
     assert!(imported.stdout.starts_with(b"# source"), "{:?}", String::from_utf8_lossy(&imported.stdout));
@@ -111,28 +126,38 @@ fn shells_get_their_completions() {
 fn a_standard_output_that_takes_nothing_is_no_defect() {
     let recording = recording_path(ATTACHED_MAGNET);
     let recording = recording.to_str().unwrap();
-    let stations = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.csv");
-    let settings = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/surveys/forty_stations.toml");
-    let commands: [&[&str]; 4] = [
-        &["field", "--latitude", "60.4", "--longitude", "5.3", "--date", "2026-06-01"],
-        &["completions", "bash"],
-        &["survey", stations, "--run", settings],
-        &["replay", recording],
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (table, page) = (at("all.parquet"), at("fleet.html"));
+    assert!(mwd(&["batch", recording, "-o", &table]).status.success());
+    // The last is the main job, which tells before it flies.
+    let commands: [(&[&str], &str); 8] = [
+        (&["field", "--latitude", "60.4", "--longitude", "5.3", "--date", "2026-06-01"], "standard output"),
+        (&["completions", "bash"], "standard output"),
+        (&["survey", STATIONS, "--run", SETTINGS], "standard output"),
+        (&["survey", STATIONS, "--run", SETTINGS, "--json", "-"], "-"),
+        (&["replay", recording], "standard output"),
+        (&["replay", recording, "--json", "-"], "-"),
+        (&["fleet", &table, "--html", &page], "standard output"),
+        (&[], "standard output"),
     ];
     let with = |arguments: &[&str], out: Stdio| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
-        command.args(arguments).stdout(out).stderr(Stdio::piped()).output().unwrap()
+        let output = command.args(arguments).stdout(out).stderr(Stdio::piped()).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
-    for arguments in commands {
+    for (arguments, named) in commands {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let closed = with(arguments, writer.into());
-        assert!(closed.status.success() && closed.stderr.is_empty(), "{arguments:?}: {closed:?}");
+        let (status, said) = with(arguments, writer.into());
+        assert!(
+            status == Some(0) && !said.lines().any(|line| line.starts_with("error: ")),
+            "{arguments:?}: {status:?} {said}"
+        );
         let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else { continue };
-        let full = with(arguments, full.into());
-        let said = String::from_utf8_lossy(&full.stderr);
-        let named = said.starts_with("error: standard output: cannot be written: ");
-        assert!(full.status.code() == Some(2) && named, "{arguments:?}: {full:?}");
+        let (status, said) = with(arguments, full.into());
+        let error = format!("error: {named}: cannot be written: ");
+        assert!(status == Some(2) && said.contains(&error), "{arguments:?}: {status:?} {said}");
     }
 }
 

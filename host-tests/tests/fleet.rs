@@ -82,6 +82,28 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
     assert_eq!(mwd(&["fleet", text(&results), "--html", text(&results)]).status.code(), Some(2));
 }
 
+/// A recording that was flown by `--force` is not among the sound ones, and the reason is told wherever it is shown.
+#[test]
+fn a_recording_whose_signs_cannot_be_is_not_sound() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let mut trace = simulate(&Scenario { duration_s: 80.0, ..scenario("drilling_45deg") }, 3).0;
+    trace.samples.iter_mut().flat_map(|sample| &mut sample.accel_m_s2).for_each(|x| *x = -*x);
+    trace.write(&at("turned.csv")).unwrap();
+    let (results, html) = (at("all.parquet"), at("fleet.html"));
+    let output = mwd(&["batch", text(&at("turned.csv")), "--force", "-o", text(&results), "--html", text(&html)]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let why = "the sign of all axes of the accelerometer";
+    assert!(said.contains("units, signs or axes wrong") && said.contains(why), "{said}");
+    let read = read(&[&results]).unwrap();
+    let [turned] = &read[..] else { panic!("{read:?}") };
+    assert_eq!((turned.standing, turned.standing.is_sound()), (Standing::Wrong, false));
+    assert!(turned.error.as_ref().is_some_and(|told| told.contains(why)), "{turned:?}");
+    let page = fs::read_to_string(&html).unwrap();
+    assert!(page.contains("1 of 1 recording should be looked at: 1 with units, signs or axes that cannot be."));
+    assert!(page.contains(why) && unbalanced(&page).is_empty());
+}
+
 /// A recording of a probe `days` into the year whose axis x reads `percent` too little.
 fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standing) -> Recording {
     let mut last = Parameters { sigma: [0.001; 12], b_rad_s: [0.01, -0.02, 0.005], ..Parameters::default() };

@@ -67,3 +67,14 @@ fn details_are_there_when_asked_for_and_the_report_where_it_is_wanted() {
     assert!(told.contains("What it gained: ") && told.contains("other.html"), "{told}");
     assert!(folder.path().join("other.html").is_file() && !folder.path().join("mwd-report.html").exists());
 }
+
+/// A result on the standard output is alone there.
+#[test]
+fn the_report_may_be_the_only_thing_on_the_standard_output() {
+    let folder = TempDir::new().unwrap();
+    let page = told(folder.path(), &["--html", "-"]);
+    assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"), "{}", page.len());
+    let drawn = told(folder.path(), &["--plot", "-", "--html", "other.html"]);
+    assert!(drawn.starts_with("<svg") && drawn.trim_end().ends_with("</svg>"), "{}", drawn.len());
+    assert!(!folder.path().join("-").exists());
+}

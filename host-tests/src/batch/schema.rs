@@ -36,6 +36,7 @@ pub const RECORDINGS: &[Column] = &[
     ("windows_accepted", Count),
     ("stations", Count),
     ("effects", Text),
+    ("wrong", Text),
     ("trace.serial", Text),
     ("trace.date", Text),
     ("trace.samples", Count),
@@ -164,6 +165,9 @@ pub fn rows(path: &Path, key: &Key, part: &Part) -> [Vec<Value>; 3] {
     let surveys = stations(&part.surveys);
     let effects = part.result["diagnosis"]["effects"].as_array().into_iter().flatten();
     let effects: Vec<&str> = effects.filter_map(|effect| effect["name"].as_str()).collect();
+    // Each is a sentence, with commas of its own.
+    let wrong = part.result["trace"]["wrong"].as_array().into_iter().flatten();
+    let wrong: Vec<&str> = wrong.filter_map(Value::as_str).collect();
     let accepted = windows.iter().filter(|window| window["accepted"] == true).count();
     let is_ok = part.error.is_none();
     let counted = |value: Value| if is_ok { value } else { Value::Null };
@@ -176,6 +180,7 @@ pub fn rows(path: &Path, key: &Key, part: &Part) -> [Vec<Value>; 3] {
             ("windows_accepted", counted(json!(accepted))),
             ("stations", counted(json!(surveys.len()))),
             ("effects", counted(json!(effects.join(",")))),
+            ("wrong", counted(json!(wrong.join("\n")))),
         ],
     );
     let numbered = windows.into_iter().enumerate().map(|(index, window)| with(window, vec![("window", json!(index))]));

@@ -106,7 +106,7 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
         )?;
     }
     let tables = std::slice::from_ref(&args.output);
-    if tally.bad > 0 {
+    if tally.bad > 0 || args.force {
         fleet::list(&mut out, read(tables)?.iter().filter(|recording| recording.error.is_some()))?;
     }
     writeln!(out, "{}, and beside it .windows.parquet and .stations.parquet", args.output.display())?;

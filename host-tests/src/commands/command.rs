@@ -1,7 +1,7 @@
 //! `mwd command`: ask a probe for something and wait for its answer.
 
 use std::{
-    io::{self, Write},
+    io::Write,
     path::PathBuf,
     time::{Duration, Instant, SystemTime},
 };
@@ -14,6 +14,7 @@ use meerkat_mwd::telemetry::{
 
 use super::toml_file;
 use crate::{
+    console::stdout,
     failure::Failure,
     port::{
         command_frame::{frame_of, framed},
@@ -179,7 +180,8 @@ impl Request {
 /// Sends the command and prints the probe's answer.
 ///
 /// # Errors
-/// 2 for bad usage and for a refusal, 3 for a port, a key or an answer that is not there.
+/// 2 for bad usage, for a refusal and for a self-test that was not passed, 3 for a port, a key or an answer that is not
+/// there.
 pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     let command = args.request.command()?;
     // The host does not know the probe's clock: the probe checks times itself.
@@ -204,17 +206,23 @@ pub fn run(args: &CommandArgs) -> anyhow::Result<()> {
     let answer = send_counting(&mut line, &command, key.as_mut(), probe, deadline)?;
     match answer.map_err(|counters| no_answer(deadline, &counters))? {
         Outcome::Accepted if matches!(args.request, Request::SelfTest) => {
+            writeln!(stdout(), "accepted")?;
+            let deadline = deadline.max(HEALTH);
             let found = listen(&mut line, deadline, |message| match message {
                 Message::Health(health) => health.self_test,
                 _ => None,
             })?;
-            let told = found.map_or_else(
-                |counters| format!("its findings did not come within {} s ({counters})", deadline.as_secs()),
-                |test| self_test_text(&test),
-            );
-            writeln!(io::stdout(), "accepted\n{told}").map_err(Into::into)
+            let test = found.map_err(|counters| {
+                let seconds = deadline.as_secs();
+                Failure::Missing(format!("the self-test's findings did not come within {seconds} s ({counters})"))
+            })?;
+            writeln!(stdout(), "{}", self_test_text(&test))?;
+            if test.is_passed() {
+                return Ok(());
+            }
+            Err(Failure::BadInput("the probe did not pass the self-test".to_owned()).into())
         }
-        Outcome::Accepted => writeln!(io::stdout(), "accepted").map_err(Into::into),
+        Outcome::Accepted => writeln!(stdout(), "accepted").map_err(Into::into),
         Outcome::Refused(reason) => Err(Failure::BadInput(format!("the probe refused: {reason}")).into()),
         _ => Err(Failure::BadInput("the probe's answer is of another version".to_owned()).into()),
     }

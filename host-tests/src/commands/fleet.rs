@@ -10,6 +10,7 @@ use clap::Args;
 use super::same_file::same_file;
 use crate::{
     batch::Key,
+    console::told,
     failure::Failure,
     fleet::{Recording, drift::probes, read},
     report::html::{fleet, write_page},
@@ -45,7 +46,7 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
         link(&mut recordings, folder, &args.html);
     }
     write(&recordings, &args.tables, &args.html)?;
-    let mut out = anstream::stdout().lock();
+    let mut out = told();
     writeln!(out, "{}", fleet::verdict(&recordings).1)?;
     list(&mut out, recordings.iter().filter(|recording| !recording.standing.is_sound()))?;
     let drifting = probes(&recordings);

@@ -12,7 +12,7 @@ use super::same_file::same_file;
 use crate::{
     console::{is_stdio, told},
     failure::Failure,
-    import::{ColumnMap, import},
+    import::{ColumnMap, files, import},
 };
 
 /// Options of `import`.
@@ -34,7 +34,8 @@ pub struct ImportArgs {
     /// Write the trace although the gate found it wrong
     #[arg(long)]
     pub force: bool,
-    /// Refuse a source with repeated, late or missing times instead of dropping these rows
+    /// Refuse a source that is cut off or damaged instead of reading the rest, and one with repeated, late or missing
+    /// times instead of dropping these rows
     #[arg(long)]
     pub strict: bool,
 }
@@ -51,8 +52,9 @@ fn key(text: &str) -> Result<(String, String), String> {
 pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     // Nothing stands beside the standard output.
     let map_file = args.output.as_deref().filter(|output| !is_stdio(output)).map(beside);
+    let read: Vec<Vec<PathBuf>> = args.sources.iter().map(|source| files(source)).collect::<Result<_, _>>()?;
     for output in [&args.output, &map_file].into_iter().flatten() {
-        if args.sources.iter().chain(&args.map).any(|read| same_file(output, read)) {
+        if read.iter().flatten().chain(&args.map).any(|read| same_file(output, read)) {
             return Err(Failure::BadInput(format!(
                 "{}: the trace would overwrite what it is made of",
                 output.display()
@@ -65,6 +67,9 @@ pub fn run(args: &ImportArgs) -> anyhow::Result<()> {
     let mut out = told();
     imported.describe(&mut out)?;
     let refuse = |why: String| Err(Failure::BadInput(why).into());
+    if args.strict && !imported.lost.is_empty() {
+        return refuse(format!("{}; --strict forbids that", imported.lost.join("; ")));
+    }
     if args.strict && imported.dropped() > 0 {
         return refuse(format!(
             "{} rows have a repeated, late or missing time, and --strict forbids to drop them",

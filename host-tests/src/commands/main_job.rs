@@ -14,7 +14,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    console::is_quiet,
+    console,
     diagnosis::diagnosed,
     failure::Failure,
     flight::{
@@ -86,8 +86,7 @@ pub fn recording() -> PathBuf {
 /// # Errors
 /// The recording or the emulator fails, or a file cannot be written.
 pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
-    // Without colours where it is no terminal.
-    let mut out: Box<dyn Write> = if is_quiet() { Box::new(io::sink()) } else { Box::new(anstream::stdout()) };
+    let mut out = console::told();
     let trace = Trace::read(&recording())?;
     let config = of_trace(&trace);
     writeln!(
@@ -225,7 +224,7 @@ fn write_report(args: &MainJobArgs, config: &Config, trace: &Trace, flight: &Fli
 fn draw(path: &Path, config: &Config, trace: &Trace, flight: &Flight) -> anyhow::Result<()> {
     let drawn = picture(trace, flight, &score::Settings::of(trace, config, flight));
     let drawn = drawn.context("the recording has no reference to draw errors against")?;
-    std::fs::write(path, drawn).map_err(|error| Failure::output(path, &error))?;
+    console::save(path, &drawn).map_err(|error| Failure::output(path, &error))?;
     Ok(())
 }
 

@@ -26,7 +26,7 @@ mod survey;
 mod toml_file;
 mod update;
 
-use std::{ffi::OsString, io, process::ExitCode};
+use std::{ffi::OsString, process::ExitCode};
 
 use anstyle::{AnsiColor, Style};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -159,11 +159,7 @@ pub fn main() -> ExitCode {
     let Err(error) = dispatch(&cli) else {
         return ExitCode::SUCCESS;
     };
-    // A closed pipe: the reader has what it wanted.
-    if error
-        .chain()
-        .any(|cause| cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe))
-    {
+    if console::reader_is_gone() {
         return ExitCode::SUCCESS;
     }
     anstream::eprintln!("{RED}error:{RED:#} {}", told_once(&error));

@@ -10,6 +10,7 @@ use clap::Args;
 use meerkat_mwd::telemetry::{FrameDecoder, MAX_DECODED, Message};
 
 use crate::{
+    console::stdout,
     failure::Failure,
     port::{
         line::{Line, LineArgs, Received},
@@ -60,7 +61,7 @@ pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
             let what = format!("{}: nothing that a probe says: {} bad frames", args.line.place, heard.bad);
             return Err(if line.is_live() { Failure::Missing(what) } else { Failure::BadInput(what) }.into());
         }
-        let mut out = io::stdout().lock();
+        let mut out = stdout();
         for line in lines {
             writeln!(out, "{line}")?;
         }
@@ -75,7 +76,7 @@ pub fn run(args: &MonitorArgs) -> anyhow::Result<()> {
 /// Serves the live view as a page until Ctrl-C; what a captured file holds stays to be seen.
 fn serve(port: u16, line: &mut Line, listener: &mut Listener) -> anyhow::Result<()> {
     let page = LivePage::open(port)?;
-    writeln!(io::stdout(), "live page: http://{}/ (Ctrl-C ends)", page.address())?;
+    writeln!(stdout(), "live page: http://{}/ (Ctrl-C ends)", page.address())?;
     let mut goes_on = true;
     while goes_on {
         let next = Instant::now() + NEWS;

@@ -1,8 +1,8 @@
 //! `mwd provision`: write the factory's records into a probe, once, and read them back.
 
 use std::{
-    io::{self, Write},
-    path::PathBuf,
+    io::Write,
+    path::{Path, PathBuf},
     time::Duration,
 };
 
@@ -18,6 +18,7 @@ use super::{
     toml_file,
 };
 use crate::{
+    console::stdout,
     failure::Failure,
     port::{
         key_file::KeyFile,
@@ -32,7 +33,8 @@ pub struct ProvisionArgs {
     /// Port of the probe.
     #[command(flatten)]
     pub line: LineArgs,
-    /// Calibration of gyro, accelerometer and magnetometer, as `calibrate` writes it
+    /// Calibration of gyro, accelerometer and magnetometer: tables [accel] and [mag] as `calibrate` writes them, and
+    /// [gyro]
     #[arg(long, value_name = "FILE.toml", requires = "serial")]
     pub calibration: Option<PathBuf>,
     /// Serial number of the probe, written with the calibration
@@ -52,12 +54,38 @@ pub struct ProvisionArgs {
     pub deadline: u64,
 }
 
+/// Identity of the gyro, as a file has it.
+const GYRO: &str = "[gyro]\np = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\nb_rad_s = [0.0, 0.0, 0.0]";
+/// The same of the vector sensors, without the names of their tables.
+const VECTOR: &str = "matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\noffset = [0.0, 0.0, 0.0]";
+
+/// The calibration of a file, which has all three sensors: what is written into a probe stays for ever, and a file of
+/// something else must not pass for three identities.
+fn calibration(path: &Path, serial_number: u32) -> Result<FactoryCalibration, Failure> {
+    let bad = |what: String| Failure::BadInput(format!("{}: {what}", path.display()));
+    let table: toml::Table = toml_file::read(path)?;
+    let missing: Vec<&str> = ["gyro", "accel", "mag"].into_iter().filter(|name| !table.contains_key(*name)).collect();
+    if !missing.is_empty() {
+        let names: Vec<String> = missing.iter().map(|name| format!("[{name}]")).collect();
+        let identity = |name: &&str| if *name == "gyro" { GYRO.to_owned() } else { format!("[{name}]\n{VECTOR}") };
+        let identities: Vec<String> = missing.iter().map(identity).collect();
+        return Err(bad(format!(
+            "no {}, and what is written into a probe stays for ever. `cargo mwd calibrate TRACE... -o FILE.toml` makes \
+             [accel] and [mag]; if a sensor is to fly as it reads, write that out:\n{}",
+            names.join(" and no "),
+            identities.join("\n")
+        )));
+    }
+    let Config { gyro, accel, mag, .. } =
+        table.try_into().map_err(|error: toml::de::Error| bad(error.to_string().trim_end().replace('\n', " ")))?;
+    Ok(FactoryCalibration { gyro, accel, mag, serial_number })
+}
+
 /// The records, in the order in which they are written, with their names.
 fn records(args: &ProvisionArgs) -> Result<Vec<(&'static str, FactoryRecord)>, Failure> {
     let mut records = Vec::new();
     if let (Some(path), Some(serial_number)) = (&args.calibration, args.serial) {
-        let Config { gyro, accel, mag, .. } = toml_file::read(path)?;
-        let calibration = FactoryCalibration { gyro, accel, mag, serial_number };
+        let calibration = calibration(path, serial_number)?;
         if !calibration.is_valid() {
             return Err(Failure::BadInput(format!("{}: no calibration that can be used", path.display())));
         }
@@ -89,7 +117,7 @@ pub fn run(args: &ProvisionArgs) -> anyhow::Result<()> {
     let deadline = Duration::from_secs(args.deadline);
     // A probe that has just been switched on does not listen yet.
     let probe = heard(&mut line, deadline)?;
-    writeln!(io::stdout(), "probe: {probe}")?;
+    writeln!(stdout(), "probe: {probe}")?;
     for (name, record) in records {
         let mut ask = |only_check| {
             let command = Command::Provision { record, only_check };
@@ -110,7 +138,7 @@ pub fn run(args: &ProvisionArgs) -> anyhow::Result<()> {
         }
         ask(true)?;
         let done = if args.check { "as given" } else { "written and read back" };
-        writeln!(io::stdout(), "{name}: {done}")?;
+        writeln!(stdout(), "{name}: {done}")?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `mwd record`: turns the raw samples that a probe sends into a trace.
 
 use std::{
+    fs::File,
     io::Write,
     path::{Path, PathBuf},
     sync::{
@@ -10,6 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use anyhow::Context;
 use clap::Args;
 use meerkat_mwd::telemetry::{Command, FrameDecoder, MAX_DECODED, Message};
 
@@ -44,10 +46,10 @@ pub struct RecordArgs {
     pub capture: Option<PathBuf>,
 }
 
-/// Records until the line ends, the time is over or somebody presses Ctrl-C; then writes the trace.
+/// Records until the line ends or breaks, the time is over or somebody presses Ctrl-C; then writes the trace.
 ///
 /// # Errors
-/// Bad usage, no port, nothing recorded, or files that cannot be written.
+/// Bad usage, no port, nothing recorded, a line that broke, or files that cannot be written.
 pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
     if args.output.to_str().is_none_or(|name| !name.ends_with(".csv") && !name.ends_with(".csv.gz")) {
         return Err(Failure::BadInput(format!("{}: must end in .csv or .csv.gz", args.output.display())).into());
@@ -58,8 +60,8 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
         return Err(Failure::BadInput(format!("{}: would be read or written twice", capture.display())).into());
     }
     let mut line = Line::open(&args.line)?;
-    let mut capture = match &args.capture {
-        Some(path) => Some((path, std::fs::File::create(path).map_err(|e| Failure::output(path, &e))?)),
+    let capture = match &args.capture {
+        Some(path) => Some((path, File::create(path).map_err(|e| Failure::output(path, &e))?)),
         None => None,
     };
     let stop = Arc::new(AtomicBool::new(false));
@@ -72,33 +74,9 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
         line.write(&frame_of(&Command::StartRecording { for_s: None }, 0)?)?;
     }
 
-    let until = args.seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
-    let mut decoder = FrameDecoder::<MAX_DECODED>::new();
     let mut recording = Recording::default();
-    let mut buffer = [0; 4096];
-    'listening: while !stop.load(Ordering::Relaxed) && until.is_none_or(|until| Instant::now() < until) {
-        let count = match line.read(&mut buffer)? {
-            Received::Bytes(count) => count,
-            Received::Nothing => continue,
-            Received::End => break,
-        };
-        let bytes = buffer.get(..count).unwrap_or_default();
-        if let Some((path, file)) = &mut capture {
-            file.write_all(bytes).map_err(|e| Failure::output(path, &e))?;
-        }
-        for &byte in bytes {
-            if let Some(frame) = decoder.push(byte) {
-                match Message::decode(&frame) {
-                    Ok(message) => {
-                        if recording.take(message) == Progress::Over {
-                            break 'listening;
-                        }
-                    }
-                    Err(_) => recording.not_understood += 1,
-                }
-            }
-        }
-    }
+    let mut decoder = FrameDecoder::<MAX_DECODED>::new();
+    let heard = listen(&mut line, args, capture, &stop, &mut decoder, &mut recording);
     if asks {
         // Even if this last command fails, the samples received so far are written.
         let _ = frame_of(&Command::StopRecording, 1).map(|frame| line.write(&frame));
@@ -108,6 +86,7 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
     }
     recording.link = decoder.counters();
     if recording.is_empty() {
+        heard?;
         let place = &args.line.place;
         let what = format!("{place}: no raw sample came: {}", recording.link_line());
         return Err(if line.is_live() { Failure::Missing(what) } else { Failure::BadInput(what) }.into());
@@ -116,6 +95,48 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
     let mut out = told();
     for line in lines {
         writeln!(out, "{line}")?;
+    }
+    heard.with_context(|| format!("the recording ends early, and what came before is in {}", args.output.display()))
+}
+
+/// Takes what the probe sends until the line ends, the time is over or `stop` is set.
+///
+/// # Errors
+/// The line broke, or the capture cannot be written.
+fn listen(
+    line: &mut Line,
+    args: &RecordArgs,
+    mut capture: Option<(&PathBuf, File)>,
+    stop: &AtomicBool,
+    decoder: &mut FrameDecoder<MAX_DECODED>,
+    recording: &mut Recording,
+) -> Result<(), Failure> {
+    let until = args.seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
+    let mut buffer = [0; 4096];
+    while !stop.load(Ordering::Relaxed) && until.is_none_or(|until| Instant::now() < until) {
+        let count = match line.read(&mut buffer)? {
+            Received::Bytes(count) => count,
+            Received::Nothing => continue,
+            Received::End => break,
+        };
+        let bytes = buffer.get(..count).unwrap_or_default();
+        // What is captured is recorded, too, even if it is the last.
+        let captured = match &mut capture {
+            Some((path, file)) => file.write_all(bytes).map_err(|error| Failure::output(path, &error)),
+            None => Ok(()),
+        };
+        for &byte in bytes {
+            let Some(frame) = decoder.push(byte) else { continue };
+            match Message::decode(&frame) {
+                Ok(message) => {
+                    if recording.take(message) == Progress::Over {
+                        return captured;
+                    }
+                }
+                Err(_) => recording.not_understood += 1,
+            }
+        }
+        captured?;
     }
     Ok(())
 }

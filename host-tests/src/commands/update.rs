@@ -3,7 +3,7 @@
 
 use std::{
     fs,
-    io::{self, Write},
+    io::Write,
     path::PathBuf,
     thread,
     time::{Duration, Instant},
@@ -17,6 +17,7 @@ use meerkat_mwd::telemetry::{
 
 use super::command::{HEALTH, exchange, heard, listen, no_answer, send_counting};
 use crate::{
+    console::stdout,
     failure::Failure,
     port::{
         command_frame::framed,
@@ -82,7 +83,7 @@ pub fn run(args: &UpdateArgs) -> anyhow::Result<()> {
     let id = heard(&mut line, deadline)?;
     let mut probe = Probe { line, key, id, deadline, sequence: 0 };
     let runs = probe.program(HEALTH.max(deadline))?;
-    let mut stdout = io::stdout();
+    let mut stdout = stdout();
     writeln!(stdout, "probe: {id}, program {}{}", runs.number, if runs.confirmed { "" } else { ", on trial" })?;
     if runs.confirmed && runs.number > args.number {
         let what = format!("the probe runs program {}; it takes none with a lower number", runs.number);

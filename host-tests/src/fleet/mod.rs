@@ -18,6 +18,8 @@ type Row = BTreeMap<String, Value>;
 pub enum Standing {
     /// It could not be flown.
     NotFlown,
+    /// It was flown although its units, signs or axes cannot be: nothing is identified from it.
+    Wrong,
     /// More is left than noise accounts for.
     Unexplained,
     /// The probe moved too little for any verdict.
@@ -32,12 +34,22 @@ pub enum Standing {
 
 impl Standing {
     /// All, the worst first.
-    pub const ALL: [Self; 6] =
-        [Self::NotFlown, Self::Unexplained, Self::TooLittleMotion, Self::NotLookedFor, Self::EffectsFound, Self::Sound];
+    pub const ALL: [Self; 7] = [
+        Self::NotFlown,
+        Self::Wrong,
+        Self::Unexplained,
+        Self::TooLittleMotion,
+        Self::NotLookedFor,
+        Self::EffectsFound,
+        Self::Sound,
+    ];
 
     fn of(row: &Row) -> Self {
         if row.get("ok") != Some(&Value::Bool(true)) {
             return Self::NotFlown;
+        }
+        if wrong(row).is_some() {
+            return Self::Wrong;
         }
         match row.get("diagnosis_verdict").and_then(Value::as_str) {
             Some("model_sufficient") => Self::Sound,
@@ -53,6 +65,7 @@ impl Standing {
     pub const fn words(self) -> &'static str {
         match self {
             Self::NotFlown => "not flown",
+            Self::Wrong => "units, signs or axes wrong",
             Self::Unexplained => "more left than noise",
             Self::TooLittleMotion => "moved too little",
             Self::NotLookedFor => "effects not looked for",
@@ -137,7 +150,7 @@ pub struct Recording {
     pub date: Option<NaiveDate>,
     /// Standing of the recording.
     pub standing: Standing,
-    /// Why it could not be flown.
+    /// Why it could not be flown, or should not have been.
     pub error: Option<String>,
     /// Names of the effects that were found, each once.
     pub effects: Vec<String>,
@@ -169,7 +182,7 @@ impl Recording {
             serial: text(row, "trace_serial"),
             date: text(row, "trace_date").and_then(|date| date.parse().ok()),
             standing: Standing::of(row),
-            error: text(row, "error"),
+            error: text(row, "error").or_else(|| wrong(row).map(|wrong| wrong.replace('\n', "; "))),
             effects,
             duration_s: number(row, "trace_duration_s"),
             last: Parameters::of(row, "identification_final_").filter(|_| accepted > 0.0),
@@ -226,6 +239,11 @@ pub fn read(tables: &[impl AsRef<Path>]) -> Result<Vec<Recording>, Failure> {
     let left = |recording: &Recording| recording.field_deg[1].unwrap_or(0.0);
     all.sort_by(|a, b| a.standing.cmp(&b.standing).then(left(b).total_cmp(&left(a))));
     Ok(all)
+}
+
+/// Units, signs and axes that cannot be, a line each; `None` for a sound recording.
+fn wrong(row: &Row) -> Option<String> {
+    text(row, "wrong").filter(|wrong| !wrong.is_empty())
 }
 
 fn text(row: &Row, name: &str) -> Option<String> {

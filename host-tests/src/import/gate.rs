@@ -7,7 +7,7 @@ mod saturation;
 mod sizes;
 mod time;
 
-use super::{column_map::ColumnMap, merged::Merged, series::Series};
+use super::{column_map::ColumnMap, merged::Merged, resolve::Resolved, series::Series};
 use crate::trace::Keys;
 
 /// Outcome of one check.
@@ -68,6 +68,8 @@ pub struct Imported<'a> {
     pub gyro: &'a Series,
     /// All sensors as they were read.
     pub all: &'a [Series],
+    /// Their parts of the map.
+    pub parts: &'a [Resolved],
     /// The whole map.
     pub map: &'a ColumnMap,
     /// Keys of the trace.

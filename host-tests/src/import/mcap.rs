@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::{
     ros_message::{Definition, Layout},
-    table::{Column, Table},
+    table::{Column, Contents, TOLD, Table, listed},
 };
 
 /// First bytes of such a file.
@@ -40,10 +40,11 @@ struct Topic {
 ///
 /// # Errors
 /// Description of what is wrong with the file, or that nothing in it can be read.
-pub fn read(bytes: &[u8]) -> Result<Vec<Table>, String> {
+pub fn read(bytes: &[u8]) -> Result<Contents, String> {
     let failed = |error: mcap::McapError| format!("the MCAP cannot be read: {error}");
     // A recording that was cut off has no footer; what is there counts.
-    let messages = mcap::MessageStream::new_with_options(bytes, mcap::read::Options::IgnoreEndMagic.into());
+    let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
+    let messages = mcap::MessageStream::new_with_options(bytes, options);
     let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
     let mut definitions: BTreeMap<u16, Definition> = BTreeMap::new();
     let mut unread: BTreeMap<String, String> = BTreeMap::new();
@@ -52,7 +53,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Table>, String> {
         let message = match message {
             Ok(message) => message,
             Err(error) => {
-                fault = Some(failed(error));
+                fault = Some(error);
                 break;
             }
         };
@@ -76,15 +77,26 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Table>, String> {
         topics.entry(channel.topic.clone()).or_default().take(written_ns, numbers);
     }
     topics.retain(|_, topic| !topic.columns.is_empty());
+    let unread: Vec<String> = unread.iter().map(|(topic, encoding)| format!("{topic} ({encoding})")).collect();
+    let unread = listed(unread.iter().map(String::as_str), TOLD);
     if topics.is_empty() {
-        let told: Vec<String> = unread.iter().map(|(topic, encoding)| format!("{topic} ({encoding})")).collect();
-        return Err(fault.unwrap_or_else(|| {
-            format!("the MCAP has no topic in JSON or of ROS 1 or 2 with numbers; it has {}", told.join(", "))
-        }));
+        return Err(fault.map_or_else(
+            || format!("the MCAP has no topic in JSON or of ROS 1 or 2 with numbers; it has {unread}"),
+            failed,
+        ));
     }
+    let lost = match fault {
+        None if bytes.ends_with(MAGIC) => None,
+        None | Some(mcap::McapError::UnexpectedEof) => {
+            Some("the MCAP is cut off: what stands before is read".to_owned())
+        }
+        Some(error) => Some(format!("the MCAP is damaged: what stands behind is not read ({error})")),
+    };
+    let notes = (!unread.is_empty()).then(|| format!("messages that are not understood are left out: {unread}"));
     let first_ns = topics.values().flat_map(Topic::times_ns).min().unwrap_or(0);
     let start_ns = if first_ns > EXACT_NS { first_ns - first_ns.rem_euclid(1_000_000_000) } else { 0 };
-    Ok(topics.into_iter().map(|(name, topic)| topic.table(name, start_ns)).collect())
+    let tables = topics.into_iter().map(|(name, topic)| topic.table(name, start_ns)).collect();
+    Ok(Contents { tables, lost: lost.into_iter().collect(), notes: notes.into_iter().collect() })
 }
 
 impl Topic {

@@ -4,6 +4,7 @@ use meerkat_mwd::{Sample, SampleFlags};
 
 use super::{
     one_clock::{How, on_clock},
+    own_columns::OwnColumns,
     resolve::{Resolved, name},
     series::{Series, start_at_zero},
     units::Quantity,
@@ -28,6 +29,8 @@ pub struct Merged {
     pub temperature: Vec<[f64; 4]>,
     /// Reference attitude; empty without one.
     pub reference: Vec<[f64; 4]>,
+    /// Columns of the gyro's table that only a trace has.
+    pub own: OwnColumns,
     /// Way in which each sensor came on the clock.
     pub how: Vec<(Quantity, How)>,
     /// Remarks.
@@ -36,14 +39,14 @@ pub struct Merged {
     pub start_s: i64,
 }
 
-/// Brings all sensors on the gyro's clock.
+/// Brings all sensors on the gyro's clock; `own` are the columns that only a trace has.
 ///
 /// # Errors
 /// The sensors have no time in common.
-pub fn merged(parts: &[Resolved], mut all: Vec<Series>) -> Result<Merged, Failure> {
+pub fn merged(parts: &[Resolved], mut all: Vec<Series>, own: OwnColumns) -> Result<Merged, Failure> {
     let start_s = start_at_zero(all.iter_mut());
     let Some(gyro) = all.first().cloned() else { return Ok(Merged::default()) };
-    let mut merged = Merged { t_us: gyro.t_us.clone(), gyro: gyro.rows.clone(), start_s, ..Merged::default() };
+    let mut merged = Merged { t_us: gyro.t_us.clone(), gyro: gyro.rows.clone(), own, start_s, ..Merged::default() };
     if start_s != 0 {
         merged.notes.push(format!("time starts at second {start_s} of the source's clock"));
     }
@@ -87,6 +90,7 @@ pub fn merged(parts: &[Resolved], mut all: Vec<Series>) -> Result<Merged, Failur
         let columns =
             [&mut merged.gyro, &mut merged.accel, &mut merged.mag, &mut merged.temperature, &mut merged.reference];
         columns.into_iter().filter(|column| !column.is_empty()).for_each(|column| drop(column.drain(..before)));
+        merged.own.drop_first(before);
     }
     Ok(merged)
 }
@@ -99,7 +103,9 @@ impl Merged {
     /// The trace.
     #[must_use]
     pub fn trace(&self, keys: Keys) -> Trace {
-        let mut trace = Trace { keys, notes: self.notes.clone(), ..Trace::default() };
+        let OwnColumns { sample_flags, movement, rest } = self.own.clone();
+        let mut trace =
+            Trace { keys, notes: self.notes.clone(), driver_flags: sample_flags, movement, rest, ..Trace::default() };
         for (row, &t_us) in self.t_us.iter().enumerate() {
             let mut flags = SampleFlags::empty();
             let mut values = |rows: &[[f64; 4]], width: usize, missing| match rows.get(row) {

@@ -12,6 +12,7 @@ mod median;
 mod merged;
 mod names;
 mod one_clock;
+mod own_columns;
 mod parquet_file;
 pub mod plausible;
 mod resolve;
@@ -21,7 +22,9 @@ mod series;
 mod source;
 mod table;
 mod text;
+mod time_stamps;
 mod ulog;
+mod unused_columns;
 mod units;
 
 use std::{
@@ -31,13 +34,16 @@ use std::{
 
 pub use column_map::{ColumnMap, Part};
 pub use gate::{Finding, Verdict};
-pub use source::STDIN;
+pub use source::{STDIN, files};
 
 use merged::{Merged, merged};
+use own_columns::OwnColumns;
 use resolve::{Resolved, resolve};
 use rotation_fit::fit;
 use series::{Series, series};
+use table::{Contents, Table};
 use units::Quantity;
+use unused_columns::unused_columns;
 
 use crate::{
     failure::Failure,
@@ -53,6 +59,8 @@ pub struct Import {
     pub map: ColumnMap,
     /// Findings of the gate.
     pub findings: Vec<Finding>,
+    /// Reasons for which a part of a file is not read: it is cut off or damaged.
+    pub lost: Vec<String>,
     parts: Vec<Resolved>,
     all: Vec<Series>,
     merged: Merged,
@@ -64,11 +72,14 @@ pub struct Import {
 /// # Errors
 /// Description of what cannot be read or understood, with its file and place.
 pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
-    let tables = source::tables(sources, map.dialect)?;
+    let Contents { tables, lost, notes } = source::contents(sources, map.dialect)?;
     let mut header = header(sources, &tables, map, keys)?;
     let mut parts = resolve(&tables, map)?;
     let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
-    let mut merged = merged(&parts, all.clone())?;
+    let own = OwnColumns::of(&tables, &parts, &all);
+    let unused = unused_columns(&tables, &parts, &own);
+    let mut merged = merged(&parts, all.clone(), own)?;
+    merged.notes.extend(lost.iter().cloned().chain(notes).chain(unused));
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
@@ -78,10 +89,16 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
         *whole.part_mut(part.quantity) = part.part.clone();
     }
     let gyro = all.first().cloned().unwrap_or_default();
-    let findings =
-        gate::findings(&gate::Imported { merged: &merged, gyro: &gyro, all: &all, map: &whole, keys: &header });
+    let findings = gate::findings(&gate::Imported {
+        merged: &merged,
+        gyro: &gyro,
+        all: &all,
+        parts: &parts,
+        map: &whole,
+        keys: &header,
+    });
     let trace = merged.trace(header);
-    Ok(Import { trace, map: whole, findings, parts, all, merged })
+    Ok(Import { trace, map: whole, findings, lost, parts, all, merged })
 }
 
 impl Import {
@@ -110,12 +127,7 @@ impl Import {
 }
 
 /// Keys of the trace: those above the source's header row, over them the map's, over them the command line's.
-fn header(
-    sources: &[PathBuf],
-    tables: &[table::Table],
-    map: &ColumnMap,
-    given: &[(String, String)],
-) -> Result<Keys, Failure> {
+fn header(sources: &[PathBuf], tables: &[Table], map: &ColumnMap, given: &[(String, String)]) -> Result<Keys, Failure> {
     let names: Vec<String> =
         sources.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     let mut keys = Keys { source: Some(names.join(" ")), ..Keys::default() };

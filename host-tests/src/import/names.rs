@@ -36,6 +36,12 @@ fn sensor(word: &str) -> Option<Quantity> {
     }
 }
 
+/// The sensor that a column's name holds a word of.
+#[must_use]
+pub fn sensor_of(column: &str) -> Option<Quantity> {
+    words(column).iter().find_map(|word| sensor(word))
+}
+
 /// Whole names in use for one axis of one sensor.
 fn short(word: &str) -> Option<(Quantity, usize)> {
     let mut letters = word.chars();
@@ -231,5 +237,7 @@ mod tests {
     fn time_is_told_from_what_only_sounds_like_it() {
         assert!(["t_s", "Time (ms)", "timestamp", "seconds_elapsed", "time"].iter().all(|name| is_time(name)));
         assert!(!["temp", "runtime", "accelerometer_timestamp_relative"].iter().any(|name| is_time(name)));
+        let of = ["time_gyr", "acc timestamp", "MagTime", "timestamp"].map(sensor_of);
+        assert_eq!(of, [Some(Quantity::Gyro), Some(Quantity::Accel), Some(Quantity::Mag), None]);
     }
 }

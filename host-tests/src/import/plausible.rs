@@ -65,7 +65,7 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
     };
     let gyro = Series { t_us: merged.t_us.clone(), ..Series::default() };
     let keys = &trace.keys;
-    units_and_axes(&Imported { merged: &merged, gyro: &gyro, all: &[], map: &map, keys })
+    units_and_axes(&Imported { merged: &merged, gyro: &gyro, all: &[], parts: &[], map: &map, keys })
 }
 
 /// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down and without

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use super::{
     column_map::{ColumnMap, Part},
     median::median,
-    names::{Meaning, is_time, meaning},
-    table::Table,
+    names::{Meaning, meaning},
+    table::{TOLD, Table, listed},
+    time_stamps::{Clock, time},
     units::{Quantity, STANDARD_GRAVITY},
 };
 use crate::failure::Failure;
@@ -96,7 +97,7 @@ impl ColumnMap {
 /// A required sensor is not found, or a name or unit of the user's map is not there; the message lists what
 /// is.
 pub fn resolve(tables: &[Table], user: &ColumnMap) -> Result<Vec<Resolved>, Failure> {
-    let mut parts = Vec::new();
+    let mut parts: Vec<Resolved> = Vec::new();
     for (quantity, sensor) in SENSORS {
         let required = matches!(quantity, Quantity::Gyro | Quantity::Accel);
         let given = user.part(quantity);
@@ -112,7 +113,8 @@ pub fn resolve(tables: &[Table], user: &ColumnMap) -> Result<Vec<Resolved>, Fail
         let mut part = Part { table: Some(table.name.clone()), columns: Some(columns), ..given.clone() };
         let (unit, unit_why) = unit(table, quantity, &part).map_err(bad)?;
         part.unit = Some(unit);
-        let time_why = time(table, &mut part).map_err(bad)?;
+        let gyro = parts.first().and_then(|gyro| Clock::of(tables, &gyro.part));
+        let time_why = time(table, quantity, &mut part, gyro.as_ref()).map_err(bad)?;
         parts.push(Resolved { quantity, part, unit_why, time_why });
     }
     Ok(parts)
@@ -133,7 +135,10 @@ fn columns<'a>(
     let of_name = |name: &str| tables.iter().find(|table| table.name.eq_ignore_ascii_case(name));
     let table = match &given.table {
         Some(name) => Some(of_name(name).ok_or_else(|| {
-            format!("there is no table {name:?}; there are {}", listed(tables.iter().map(|table| &table.name)))
+            format!(
+                "there is no table {name:?}; there are {}",
+                listed(tables.iter().map(|table| table.name.as_str()), TOLD)
+            )
         })?),
         None => None,
     };
@@ -150,8 +155,8 @@ fn columns<'a>(
             None => {
                 let missing =
                     names.iter().find(|name| !among.iter().any(|table| has(table, name))).unwrap_or(&names[0]);
-                let there = among.iter().flat_map(|table| table.columns.iter().map(|column| &column.name));
-                Err(format!("there is no column {missing:?}; there are {}", listed(there)))
+                let there = among.iter().flat_map(|table| table.names());
+                Err(format!("there is no column {missing:?}; there are {}", listed(there, TOLD)))
             }
         };
     }
@@ -175,17 +180,8 @@ fn columns<'a>(
     Ok(whole.map(|(index, columns)| (among[index], columns)))
 }
 
-fn listed<'a>(names: impl Iterator<Item = &'a String>) -> String {
-    const MOST: usize = 40;
-    let names: Vec<&str> = names.map(String::as_str).collect();
-    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
-    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
-}
-
 fn not_found(tables: &[Table], sensor: &str) -> String {
-    let columns = tables
-        .iter()
-        .map(|table| format!("\n  {}: {}", table.name, listed(table.columns.iter().map(|column| &column.name))));
+    let columns = tables.iter().map(|table| format!("\n  {}: {}", table.name, listed(table.names(), TOLD)));
     format!(
         "no columns of the {sensor} are known by their names; name them in a file for --map, for instance\n  \
          [{sensor}]\n  columns = [\"x\", \"y\", \"z\"]\nThere are{}",
@@ -243,71 +239,4 @@ fn unit(table: &Table, quantity: Quantity, part: &Part) -> Result<(String, Strin
         Quantity::Reference | Quantity::Time => Some(("1".into(), String::new())),
     };
     guessed.ok_or_else(|| "no row has all its values".into())
-}
-
-/// Sets the time of a part, and says why.
-fn time(table: &Table, part: &mut Part) -> Result<String, String> {
-    if let Some(rate) = part.rate_hz {
-        return if rate > 0.0 { Ok("by the map".into()) } else { Err(format!("rate_hz must be positive, not {rate}")) };
-    }
-    let name = match &part.time {
-        Some(name) => name.clone(),
-        None => time_column(table).ok_or(
-            "no column is known as time by its name; name it by `time = \"...\"` in --map, or the rate of its rows by `rate_hz = ...`",
-        )?,
-    };
-    let column = table.column(&name).ok_or_else(|| {
-        format!(
-            "there is no column {name:?} for the time; there are {}",
-            listed(table.columns.iter().map(|column| &column.name))
-        )
-    })?;
-    let why;
-    let (unit, reason) = match (&part.time_unit, column.is_clock, Quantity::Time.unit_in(&name)) {
-        (_, true, _) => ("clock", "clock times".to_owned()),
-        (Some(given), ..) => {
-            let unit = Quantity::Time
-                .unit(given)
-                .ok_or_else(|| format!("time_unit {given:?} is not known; known are s, ms, us, ns, min"))?;
-            (unit.name, "by the map".to_owned())
-        }
-        (None, false, named) => {
-            let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]);
-            let step = median(steps.filter(|step| *step > 0.0 && step.is_finite()))
-                .ok_or_else(|| format!("column {name:?} does not increase: it is no time"))?;
-            // 5 Hz to 4 kHz: under a factor of a thousand, so that one unit fits.
-            let fits = |unit: &&&str| {
-                (2.5e-4..0.2).contains(&(step * Quantity::Time.unit(unit).map_or(1.0, |unit| unit.factor)))
-            };
-            match (named, ["s", "ms", "us", "ns"].iter().find(fits)) {
-                (Some(unit), _) => (unit.name, "by its name".to_owned()),
-                (None, Some(unit)) => {
-                    why = format!("by its step of {step:.6}");
-                    (*unit, why)
-                }
-                (None, None) => {
-                    return Err(format!(
-                        "column {name:?} steps by {step}: no unit of time makes a rate of 5 to 4000 Hz of it"
-                    ));
-                }
-            }
-        }
-    };
-    part.time_unit = Some(unit.to_owned());
-    part.time = Some(name);
-    Ok(reason)
-}
-
-/// The column of time: of those named so, the one that increases at most rows; between equals the first.
-fn time_column(table: &Table) -> Option<String> {
-    let increases = |values: &[f64]| values.windows(2).filter(|pair| pair[1] > pair[0]).count();
-    let named = table.columns.iter().filter(|column| column.is_clock || is_time(&column.name));
-    let mut best: Option<(usize, &str)> = None;
-    for column in named {
-        let count = increases(&column.values);
-        if count > 0 && best.is_none_or(|(most, _)| count > most + most / 100) {
-            best = Some((count, &column.name));
-        }
-    }
-    best.map(|(_, name)| name.to_owned())
 }

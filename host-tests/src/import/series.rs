@@ -2,7 +2,7 @@
 
 use super::{
     resolve::{Resolved, name, unsigned},
-    table::Table,
+    table::{Column, Table},
 };
 use crate::failure::Failure;
 
@@ -13,6 +13,8 @@ pub struct Series {
     pub t_us: Vec<i64>,
     /// Readings; NaN where one is missing.
     pub rows: Vec<[f64; 4]>,
+    /// Row of the table that each reading stands in.
+    pub places: Vec<usize>,
     /// Rows dropped since their time is that of the row before.
     pub repeated: usize,
     /// Rows dropped since their time is before that of the row before.
@@ -70,7 +72,12 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
     let mut series = Series { clock, ..Series::default() };
     let added = part.time_offset_s.unwrap_or(0.0);
     for (row, time) in times.iter().enumerate() {
+        let value = |column: &Column| column.values.get(row).copied().unwrap_or(f64::NAN);
         if !time.is_finite() {
+            // A row of another sensor, with a time of its own.
+            if columns.iter().all(|(column, _)| value(column).is_nan()) {
+                continue;
+            }
             series.without_time += 1;
             continue;
         }
@@ -87,10 +94,9 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
             _ => {}
         }
         series.t_us.push(t_us);
+        series.places.push(row);
         series.rows.push(std::array::from_fn(|axis| {
-            columns.get(axis).map_or(0.0, |(column, sign)| {
-                sign * (column.values.get(row).copied().unwrap_or(f64::NAN) * unit.factor + unit.offset)
-            })
+            columns.get(axis).map_or(0.0, |(column, sign)| sign * (value(column) * unit.factor + unit.offset))
         }));
     }
     if series.t_us.is_empty() {

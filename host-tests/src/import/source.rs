@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 use super::{
     delimited::{self, Dialect},
     matlab, mcap, parquet_file,
-    table::Table,
+    table::Contents,
     text, ulog,
 };
 use crate::{failure::Failure, trace::recordings};
@@ -24,20 +24,34 @@ const REFUSED: [(&[u8], &str); 2] = [
     (b"\x89HDF", "an HDF5 file, as MATLAB writes with -v7.3: save it with -v7"),
 ];
 
-/// Tables of all files, folders and the standard input that are named.
+/// Files of a source: itself, or those in the folder that it names.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn files(source: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = if source.is_dir() { recordings::listed(source)? } else { vec![source.to_owned()] };
+    files.retain(|file| !file.is_dir());
+    Ok(files)
+}
+
+/// Contents of all files, folders and the standard input that are named.
 ///
 /// # Errors
 /// A file that cannot be read, with its name, and what is wrong in it.
-pub fn tables(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Vec<Table>, Failure> {
-    let mut tables: Vec<Table> = Vec::new();
+pub fn contents(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Contents, Failure> {
+    let mut all = Contents::default();
     for source in sources {
-        let files = if source.is_dir() { recordings::listed(source)? } else { vec![source.clone()] };
-        for file in files.iter().filter(|file| !file.is_dir()) {
-            tables
-                .extend(read(file, dialect).map_err(|what| Failure::BadInput(format!("{}: {what}", file.display())))?);
+        for file in files(source)? {
+            let of_file = |what: String| format!("{}: {what}", file.display());
+            let Contents { tables, lost, notes } =
+                read(&file, dialect).map_err(|what| Failure::BadInput(of_file(what)))?;
+            all.tables.extend(tables);
+            all.lost.extend(lost.into_iter().map(of_file));
+            all.notes.extend(notes.into_iter().map(of_file));
         }
     }
     // A map names a table; two of a name would be one.
+    let tables = &mut all.tables;
     for index in 1..tables.len() {
         let is_taken = |name: &str| tables[..index].iter().any(|table| table.name == name);
         let plain = tables[index].name.clone();
@@ -47,10 +61,10 @@ pub fn tables(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Vec<Table
             tables[index].name = free;
         }
     }
-    Ok(tables)
+    Ok(all)
 }
 
-fn read(path: &Path, dialect: Option<Dialect>) -> Result<Vec<Table>, String> {
+fn read(path: &Path, dialect: Option<Dialect>) -> Result<Contents, String> {
     let bytes = if path.as_os_str() == STDIN {
         let mut bytes = Vec::new();
         std::io::stdin().lock().read_to_end(&mut bytes).map_err(|error| format!("cannot be read: {error}"))?;
@@ -73,17 +87,18 @@ fn read(path: &Path, dialect: Option<Dialect>) -> Result<Vec<Table>, String> {
         return mcap::read(&bytes);
     }
     if bytes.starts_with(parquet_file::MAGIC) {
-        return parquet_file::read(on_disk(&bytes)?.reopen().map_err(|error| error.to_string())?, &name);
+        let file = on_disk(&bytes)?.reopen().map_err(|error| error.to_string())?;
+        return parquet_file::read(file, &name).map(Contents::whole);
     }
     if bytes.starts_with(matlab::MAGIC) {
-        return matlab::read(&bytes, &name);
+        return matlab::read(&bytes, &name).map(Contents::whole);
     }
     let text = text::decoded(bytes)?;
     if text.chars().take(2_000).any(|letter| letter == '\0') {
         return Err("neither text nor a kind of file that is known".into());
     }
     let dialect = dialect.unwrap_or_else(|| delimited::dialect(&text));
-    Ok(vec![delimited::read(&text, &name, dialect)?])
+    Ok(Contents::whole(vec![delimited::read(&text, &name, dialect)?]))
 }
 
 /// Bytes as a file, for readers that want one: they may have come zipped, or from the standard input.

@@ -11,6 +11,25 @@ pub struct Table {
     pub keys: Vec<(String, String)>,
 }
 
+/// Contents of a file, or of several.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Its tables.
+    pub tables: Vec<Table>,
+    /// Reasons for which a part of it is not read: it is cut off or damaged.
+    pub lost: Vec<String>,
+    /// Remarks on what is there and was passed over.
+    pub notes: Vec<String>,
+}
+
+impl Contents {
+    /// Tables that were read as a whole.
+    #[must_use]
+    pub fn whole(tables: Vec<Table>) -> Self {
+        Self { tables, ..Self::default() }
+    }
+}
+
 /// A named column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
@@ -41,9 +60,24 @@ impl Table {
         self.columns.iter().find(|column| column.name.trim().eq_ignore_ascii_case(name.trim()))
     }
 
+    /// Names of its columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|column| column.name.as_str())
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())
     }
+}
+
+/// Names that a message tells of those that there are.
+pub const TOLD: usize = 40;
+
+/// Names in a row, the first `most` of them, and how many more there are.
+pub fn listed<'a>(names: impl Iterator<Item = &'a str>, most: usize) -> String {
+    let names: Vec<&str> = names.collect();
+    let more = if names.len() > most { format!(" and {} more", names.len() - most) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(most)].join(", "))
 }

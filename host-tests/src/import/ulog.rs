@@ -2,9 +2,9 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use px4_ulog::full_parser::{ParsedData, SomeVec, read_file};
+use px4_ulog::full_parser::{Completeness, ParsedData, SomeVec, read_file};
 
-use super::table::{Column, Table};
+use super::table::{Column, Contents, Table};
 
 /// First bytes of such a file.
 pub const MAGIC: &[u8] = b"ULog\x01\x12\x35";
@@ -24,7 +24,7 @@ const TOPICS: [&str; 7] = [
 ///
 /// # Errors
 /// Description of what is wrong with the file.
-pub fn read(path: &Path) -> Result<Vec<Table>, String> {
+pub fn read(path: &Path) -> Result<Contents, String> {
     let data = read_file(&path.to_string_lossy()).map_err(|error| format!("the ULog cannot be read: {error}"))?;
     let tables: Vec<Table> = TOPICS.iter().flat_map(|topic| tables(&data, topic)).collect();
     if tables.is_empty() {
@@ -32,7 +32,12 @@ pub fn read(path: &Path) -> Result<Vec<Table>, String> {
         there.sort_unstable();
         return Err(format!("the ULog has no topic of a sensor ({}); it has {}", TOPICS.join(", "), there.join(", ")));
     }
-    Ok(tables)
+    let lost = match &data.completeness {
+        Completeness::Complete => None,
+        Completeness::Truncated => Some("the ULog is cut off: what stands before is read".to_owned()),
+        Completeness::MalformedRecord(why) => Some(format!("the ULog is damaged: what stands before is read ({why})")),
+    };
+    Ok(Contents { lost: lost.into_iter().collect(), ..Contents::whole(tables) })
 }
 
 fn tables(data: &ParsedData, topic: &str) -> Vec<Table> {

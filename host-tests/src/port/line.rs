@@ -42,6 +42,8 @@ pub enum Received {
 /// An open line.
 pub struct Line {
     device: Device,
+    /// Name of the port, file or address, for errors.
+    place: String,
     /// Bytes that were read and are to be read again.
     put_back: Vec<u8>,
 }
@@ -70,14 +72,14 @@ impl Line {
             let path = PathBuf::from(place);
             match std::fs::metadata(&path) {
                 Ok(found) if found.is_dir() => return Err(Failure::BadInput(format!("{place}: a folder"))),
-                Ok(found) if found.is_file() => Device::Capture(File::open(&path).map_err(|e| missing(place, &e))?),
+                Ok(found) if found.is_file() => Device::Capture(File::open(&path).map_err(|e| closed(place, &e))?),
                 Err(error) if error.kind() == ErrorKind::NotFound && !is_port_name(place) => {
                     return Err(Failure::BadInput(format!("{place}: no such port or file")));
                 }
                 _ => Device::Serial(serial(place, args.baud)?),
             }
         };
-        Ok(Self { device, put_back: Vec::new() })
+        Ok(Self { device, place: place.to_owned(), put_back: Vec::new() })
     }
 
     /// Returns true if a probe is at the other end; a captured file is not live.
@@ -94,8 +96,8 @@ impl Line {
     /// Reads the bytes that are there, waiting for up to a twentieth of a second.
     ///
     /// # Errors
-    /// The line broke.
-    pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<Received> {
+    /// [`Failure::Port`] if the line broke.
+    pub fn read(&mut self, buffer: &mut [u8]) -> Result<Received, Failure> {
         if !self.put_back.is_empty() {
             let count = self.put_back.len().min(buffer.len());
             for (place, byte) in buffer.iter_mut().zip(self.put_back.drain(..count)) {
@@ -117,7 +119,7 @@ impl Line {
             Err(error) => match error.kind() {
                 ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted => Ok(Received::Nothing),
                 ErrorKind::ConnectionReset | ErrorKind::BrokenPipe => Ok(Received::End),
-                _ => Err(error),
+                _ => Err(failed(&self.place, "read", &error)),
             },
         }
     }
@@ -125,17 +127,16 @@ impl Line {
     /// Sends bytes to the probe.
     ///
     /// # Errors
-    /// The line broke, or is a captured file.
-    pub fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+    /// [`Failure::Port`] if the line broke, or is a captured file.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let device: &mut dyn Write = match &mut self.device {
             Device::Serial(port) => port,
             Device::Tcp(stream) => stream,
             #[cfg(unix)]
             Device::Unix(stream) => stream,
-            Device::Capture(_) => return Err(io::Error::new(ErrorKind::Unsupported, "a capture cannot be written to")),
+            Device::Capture(_) => return Err(failed(&self.place, "written", &"it is a capture")),
         };
-        device.write_all(bytes)?;
-        device.flush()
+        device.write_all(bytes).and_then(|()| device.flush()).map_err(|error| failed(&self.place, "written", &error))
     }
 }
 
@@ -143,8 +144,12 @@ fn is_port_name(place: &str) -> bool {
     place.starts_with("/dev/") || place.starts_with("COM")
 }
 
-fn missing(place: &str, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Port { place: place.to_owned(), why: error.to_string() }
+fn closed(place: &str, error: &dyn std::fmt::Display) -> Failure {
+    failed(place, "opened", error)
+}
+
+fn failed(place: &str, what: &'static str, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Port { place: place.to_owned(), what, why: error.to_string() }
 }
 
 fn tcp(place: &str, address: &str) -> Result<TcpStream, Failure> {
@@ -154,19 +159,19 @@ fn tcp(place: &str, address: &str) -> Result<TcpStream, Failure> {
     for address in addresses {
         match TcpStream::connect_timeout(&address, CONNECT) {
             Ok(stream) => {
-                stream.set_read_timeout(Some(PATIENCE)).map_err(|e| missing(place, &e))?;
+                stream.set_read_timeout(Some(PATIENCE)).map_err(|e| closed(place, &e))?;
                 return Ok(stream);
             }
             Err(error) => refused = error,
         }
     }
-    Err(missing(place, &refused))
+    Err(closed(place, &refused))
 }
 
 #[cfg(unix)]
 fn unix(place: &str, path: &Path) -> Result<Device, Failure> {
-    let stream = std::os::unix::net::UnixStream::connect(path).map_err(|e| missing(place, &e))?;
-    stream.set_read_timeout(Some(PATIENCE)).map_err(|e| missing(place, &e))?;
+    let stream = std::os::unix::net::UnixStream::connect(path).map_err(|e| closed(place, &e))?;
+    stream.set_read_timeout(Some(PATIENCE)).map_err(|e| closed(place, &e))?;
     Ok(Device::Unix(stream))
 }
 
@@ -176,5 +181,28 @@ fn unix(place: &str, _: &Path) -> Result<Device, Failure> {
 }
 
 fn serial(place: &str, baud: u32) -> Result<Box<dyn serialport::SerialPort>, Failure> {
-    serialport::new(place, baud).timeout(PATIENCE).open().map_err(|e| missing(place, &e))
+    serialport::new(place, baud).timeout(PATIENCE).open().map_err(|e| closed(place, &e))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A closed pipe is one of the line, not of the standard output, where it would be no error.
+    #[test]
+    fn a_line_that_is_closed_is_a_port_that_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("probe.sock");
+        let listener = std::os::unix::net::UnixListener::bind(&path).unwrap();
+        let place = format!("unix:{}", path.display());
+        let mut line = Line::open(&LineArgs { place: place.clone(), baud: 115_200 }).unwrap();
+        drop(listener.accept().unwrap());
+        assert_eq!(line.read(&mut [0; 8]), Ok(Received::End));
+        let failure = line.write(b"start").unwrap_err();
+        assert!(
+            matches!(&failure, Failure::Port { what: "written", place: named, .. } if *named == place),
+            "{failure}"
+        );
+    }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use meerkat_mwd::survey::{BurstSample, DrillingDynamics, Rotation, SHOCK_LEVELS, WhirlKind};
 
-use crate::{failure::Failure, trace::seconds};
+use crate::{console::save, failure::Failure, trace::seconds};
 
 /// Standard gravity, m/s^2.
 const G: f32 = 9.806_65;
@@ -34,7 +34,7 @@ fn header(shock_m_s2: f32) -> String {
 pub fn write_dynamics_csv(windows: &[DrillingDynamics], shock_m_s2: f32, path: &Path) -> Result<(), Failure> {
     let rows: Vec<String> = windows.iter().map(row).collect();
     let text = format!("{}\n{}", header(shock_m_s2), rows.concat());
-    std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+    save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 fn row(window: &DrillingDynamics) -> String {
@@ -86,7 +86,7 @@ pub fn write_burst_csv(burst: &[BurstSample], path: &Path) -> Result<(), Failure
         // Writing to memory does not fail.
         let _ = writeln!(text, "{},{x},{y},{z},{axial_rate_rad_s}", seconds(*t_us));
     }
-    std::fs::write(path, text).map_err(|error| Failure::output(path, &error))
+    save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 #[cfg(test)]

@@ -17,5 +17,6 @@ pub mod remainder_text;
 pub mod summary;
 pub mod surveys_csv;
 mod toolface;
+pub mod turned_axes;
 pub mod dynamics_csv;
 pub mod window_note;

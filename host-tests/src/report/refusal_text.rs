@@ -1,9 +1,8 @@
 //! Reasons of refusal in words.
 
-use meerkat_mwd::{
-    identification::{Decision, Refusal},
-    sample::TurnFlags,
-};
+use meerkat_mwd::identification::{Decision, Refusal};
+
+use super::turned_axes::{axes_text, by_any};
 
 /// Outcome of a window in words.
 #[must_use]
@@ -13,17 +12,6 @@ pub fn decision_text(decision: &Decision) -> String {
         Decision::Refused(refusal) => format!("refused: {}", refusal_text(refusal)),
         other => format!("{other:?}"),
     }
-}
-
-/// The axes of turns, by whichever sensor they were seen.
-fn axes_text(turns: TurnFlags) -> String {
-    let about = [
-        ("x", TurnFlags::X_BY_ACCEL | TurnFlags::X_BY_MAG),
-        ("y", TurnFlags::Y_BY_ACCEL | TurnFlags::Y_BY_MAG),
-        ("z", TurnFlags::Z_BY_ACCEL | TurnFlags::Z_BY_MAG),
-    ];
-    let names: Vec<&str> = about.iter().filter(|(_, flags)| turns.intersects(*flags)).map(|(name, _)| *name).collect();
-    names.join(", ")
 }
 
 /// Reason of a refusal with its figures and units.
@@ -68,7 +56,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::WrongMounting { turns } => format!(
             "the sensors do not agree on turns about {}: a sign, a unit or an axis of one of them is wrong; a self-test names \
              the likely one",
-            axes_text(turns)
+            axes_text(by_any(turns))
         ),
         // The library may gain reasons that have no words here yet.
         ref other => format!("{other:?}"),

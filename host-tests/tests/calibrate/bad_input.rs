@@ -91,3 +91,39 @@ fn results_do_not_overwrite_what_is_read() {
     assert_eq!(mwd(&[]).status.code(), Some(2), "no trace");
     assert_eq!(mwd(&["none.csv"]).status.code(), Some(2));
 }
+
+/// What is written into a probe stays for ever: a file that lacks a sensor is refused before any port is opened.
+#[test]
+fn a_file_that_lacks_a_sensor_is_not_provisioned() {
+    const SENSORS: [&str; 3] = [
+        "[gyro]\np = [[1.01, 0, 0], [0, 1, 0], [0, 0, 1]]\nb_rad_s = [0.01, 0, 0]\n",
+        "[accel]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [0, 0.1, 0]\n",
+        "[mag]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [0, 3, 0]\n",
+    ];
+    let directory = tempfile::tempdir().unwrap();
+    let (file, port) = (directory.path().join("calibration.toml"), directory.path().join("none.sock"));
+    let provisioned = |text: &str| {
+        std::fs::write(&file, text).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mwd"));
+        let port = format!("unix:{}", port.display());
+        command.args(["provision", &port, "--serial", "17", "--calibration"]).arg(&file);
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let [gyro, accel, mag] = SENSORS;
+    for (text, missing) in [
+        (String::new(), "no [gyro] and no [accel] and no [mag], and"),
+        ("[identification]\nwindow_s = 40.0\n".to_owned(), "no [gyro] and no [accel] and no [mag], and"),
+        ([accel, mag].concat(), "no [gyro], and"),
+        ([gyro, accel].concat(), "no [mag], and"),
+    ] {
+        let (status, said) = provisioned(&text);
+        assert!(status == Some(2) && said.contains(missing) && said.contains("cargo mwd calibrate"), "{text}: {said}");
+        // What it says to write out is what it takes: what is missing then is the port.
+        let told = said.split_once("write that out:\n").unwrap().1.split_once("\nnext: ").unwrap().0;
+        let (status, said) = provisioned(&[&text, told].concat());
+        assert!(status == Some(3) && said.contains("none.sock: cannot be opened"), "{said}");
+    }
+    let (status, said) = provisioned(&SENSORS.concat().replace("offset", "ofset"));
+    assert!(status == Some(2) && said.contains("calibration.toml: ") && said.contains("ofset"), "{said}");
+}

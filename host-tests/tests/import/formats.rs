@@ -4,14 +4,17 @@ use std::collections::BTreeMap;
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::{
-    import::{ColumnMap, Verdict, import},
+    import::{ColumnMap, Import, Verdict, import},
     trace::Trace,
 };
 use tempfile::TempDir;
 
-use crate::files::{
-    Written, accel, flies_as, flies_as_the_original, flies_within, flight, gyro, imported, mag, original, rows, si,
-    with_map, written,
+use crate::{
+    files::{
+        Written, accel, flies_as, flies_as_the_original, flies_within, flight, gyro, imported, mag, original, rows, si,
+        with_map, written,
+    },
+    rig::program::mwd,
 };
 
 const G: f64 = 9.806_65;
@@ -147,6 +150,126 @@ fn three_files_of_different_rates_on_one_clock() {
     assert_eq!(imported(&[folder.path().to_owned()]).map, told.map);
 }
 
+/// A magnetometer of 2 Hz and a thermometer of 1 Hz, in the seconds of the gyro, which no name tells.
+#[test]
+fn a_slow_sensors_time_has_the_unit_in_which_it_lasts_as_long_as_the_gyros() {
+    let folder = TempDir::new().unwrap();
+    let first = original().first_us();
+    let time = move |sample: &Sample| Some((sample.t_us - first) as f64 * 1e-6);
+    let warm = |_: &Sample| Some(21.5);
+    let vectors = |of: fn(&Sample, usize) -> Option<f64>| [0, 1, 2].map(|axis| move |sample: &Sample| of(sample, axis));
+    let (g, a, m) = (vectors(gyro), vectors(accel), vectors(mag));
+    let all = &original().samples;
+    // Of every half of a second, and of every second, the first sample.
+    let every = |period_us: u64| -> Vec<Sample> {
+        let number = |sample: &Sample| (sample.t_us - first) / period_us;
+        let is_first = |(index, sample): &(usize, &Sample)| *index == 0 || number(sample) > number(&all[index - 1]);
+        all.iter().enumerate().filter(is_first).map(|(_, sample)| *sample).collect()
+    };
+    let file = |name: &str, samples: &[Sample], columns: &[Written]| {
+        let columns = [&[("time", &time as &dyn Fn(&Sample) -> _)], columns].concat();
+        written(&folder, name, &rows(samples, &columns, ',', '.'))
+    };
+    let paths = [
+        file("Gyroscope.csv", all, &[("x", &g[0]), ("y", &g[1]), ("z", &g[2])]),
+        file("Accelerometer.csv", all, &[("x", &a[0]), ("y", &a[1]), ("z", &a[2])]),
+        file("Magnetometer.csv", &every(500_000), &[("x", &m[0]), ("y", &m[1]), ("z", &m[2])]),
+        file("Temperature.csv", &every(1_000_000), &[("temp_c", &warm), ("humidity", &warm)]),
+    ];
+    let told = imported(&paths);
+    let units = [&told.map.gyro, &told.map.accel, &told.map.mag, &told.map.temperature];
+    assert_eq!(units.map(|part| part.time_unit.as_deref()), [Some("s"); 4]);
+    assert!(!told.is_wrong(), "{:#?}", told.findings);
+    let fields = told.trace.samples.len() - told.trace.facts().count(SampleFlags::MAG_MISSING);
+    assert!(fields.abs_diff(80) < 8, "{fields} fields in 40 s");
+    // As the program guessed before, by a map: it is told what is wrong, and what mends it.
+    let mut map = told.map.clone();
+    map.mag.time_unit = Some("ms".into());
+    let wrong = import(&paths, &map, &[]).unwrap();
+    let finding =
+        wrong.findings.iter().find(|finding| finding.told.starts_with("the magnetometer covers 0.0")).unwrap();
+    assert_eq!(finding.verdict, Verdict::Wrong);
+    assert!(finding.told.contains(" s of the gyro's 39.") || finding.told.contains(" s of the gyro's 40."));
+    assert!(
+        finding.fix.as_ref().is_some_and(|fix| fix.contains("time_unit = ") && fix.contains("[mag]")),
+        "{finding:?}"
+    );
+}
+
+/// A table with a time for each sensor, of which one starts later; with one for some sensors only it is asked which.
+#[test]
+fn a_sensor_has_the_time_that_names_it() {
+    let folder = TempDir::new().unwrap();
+    let names = "time_gyr,gx,gy,gz,time_acc,ax,ay,az,time_mag,mx,my,mz";
+    let samples = &original().samples;
+    let three = |of: fn(&Sample, usize) -> Option<f64>, sample: &Sample| {
+        let cell = |axis| of(sample, axis).map_or_else(String::new, |x| format!("{x:.9}"));
+        [cell(0), cell(1), cell(2)].join(",")
+    };
+    let table = |names: &str| {
+        let mut text = format!("{names}\n");
+        for (row, sample) in samples.iter().enumerate() {
+            // The readings of a magnetometer that is a sixth as fast stand in the first rows, as MATLAB writes them.
+            let field = samples.get(6 * row).filter(|sample| mag(sample, 0).is_some());
+            let field = field.map_or_else(
+                || ",,,".to_owned(),
+                |sample| format!("{:.6},{}", sample.t_us as f64 * 1e-6, three(mag, sample)),
+            );
+            let t_s = sample.t_us as f64 * 1e-6;
+            text += &format!("{t_s:.6},{},{t_s:.6},{},{field}\n", three(gyro, sample), three(accel, sample));
+        }
+        written(&folder, "log.csv", &text)
+    };
+    let told = imported(&[table(names)]);
+    let times = [&told.map.gyro, &told.map.accel, &told.map.mag].map(|part| part.time.as_deref());
+    assert_eq!(times, [Some("time_gyr"), Some("time_acc"), Some("time_mag")]);
+    assert!(!told.is_wrong() && told.dropped() == 0, "{:#?}", told.findings);
+    flies_as(&told.trace, &flight(&thinned(original(), 1, 6)), 0.01);
+    // A time that names no sensor is that of all others.
+    let told = imported(&[table(&names.replace("time_gyr", "time").replace("time_acc", "other"))]);
+    let times = [&told.map.gyro, &told.map.accel, &told.map.mag].map(|part| part.time.as_deref());
+    assert_eq!(times, [Some("time"), Some("time"), Some("time_mag")]);
+    let refused = import(&[table(&names.replace("time_acc", "other"))], &ColumnMap::default(), &[]).unwrap_err();
+    let expected =
+        "[accel] log: the columns of time, time_gyr, time_mag, are of other sensors; name this one's by `time = \"";
+    assert!(refused.to_string().starts_with(expected), "{refused}");
+}
+
+/// A trace of this program keeps what only its traces have, and what is not used is told.
+#[test]
+fn a_trace_keeps_its_flags_and_what_is_not_used_is_told() {
+    let folder = TempDir::new().unwrap();
+    let count = original().samples.len();
+    let flags = |row: usize| if row % 100 == 7 { SampleFlags::FAULT } else { SampleFlags::empty() };
+    let mut trace = Trace {
+        driver_flags: Some((0..count).map(flags).collect()),
+        movement: Some((0..count).map(|row| row > 3_000).collect()),
+        rest: Some((0..count).map(|row| row < 2_500).collect()),
+        ..original().clone()
+    };
+    trace.mark_clipped(&trace.keys.full_scale());
+    let path = folder.path().join("trace.csv");
+    trace.write(&path).unwrap();
+    let mut lines: Vec<String> = std::fs::read_to_string(&path).unwrap().lines().map(str::to_owned).collect();
+    let head = lines.iter().position(|line| !line.starts_with('#')).unwrap();
+    for (row, line) in lines.iter_mut().enumerate().skip(head) {
+        *line += if row == head { ",humidity,volts" } else { ",40,3.3" };
+    }
+    // A row that is dropped takes its flags with it.
+    lines.insert(head + 1_000, lines[head + 999].clone());
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]).trace;
+    assert_eq!((told.samples.len(), &told.driver_flags), (count, &trace.driver_flags));
+    assert!(told.movement == trace.movement && told.rest == trace.rest);
+    assert!(told.samples.iter().zip(&trace.samples).all(|(a, b)| a.flags == b.flags));
+    assert!(told.notes.contains(&"columns of log that are not used: humidity, volts".to_owned()), "{:?}", told.notes);
+    // A column so named of another logger is not the trace's.
+    lines[head] = lines[head].replace("t_s", "time_s");
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]).trace;
+    assert_eq!((told.driver_flags, told.movement, told.rest), (None, None, None));
+    let note = "columns of log that are not used: movement, rest, sample_flags, humidity, volts";
+    assert!(told.notes.contains(&note.to_owned()), "{:?}", told.notes);
+}
+
 #[test]
 fn repeated_and_late_rows_are_dropped_and_counted() {
     let folder = TempDir::new().unwrap();
@@ -203,11 +326,23 @@ fn a_ulog() {
     std::fs::write(&path, &bytes).unwrap();
     let told = imported(std::slice::from_ref(&path));
     assert_eq!(told.map.mag.unit.as_deref(), Some("gauss"));
+    assert_eq!(told.lost, [""; 0]);
     flies_as_the_original(&told);
-    // Cut off, as by a crash of the vehicle: the samples before are there.
+    // Cut off, as by a crash of the vehicle: the samples before are there, and it is told.
     std::fs::write(&path, &bytes[..bytes.len() / 2 + 7]).unwrap();
-    let half = imported(&[path]).trace.samples.len();
+    let told = imported(std::slice::from_ref(&path));
+    let half = told.trace.samples.len();
     assert!(half.abs_diff(original().samples.len() / 2) < 50, "{half}");
+    is_told_as_lost(&told, "the ULog is cut off");
+    let strict = mwd(&["import", path.to_str().unwrap(), "--strict"]);
+    let said = String::from_utf8_lossy(&strict.stderr);
+    assert!(strict.status.code() == Some(2) && said.contains("the ULog is cut off"), "{said}");
+}
+
+/// What was lost of the only file is told as a note of the trace.
+fn is_told_as_lost(told: &Import, what: &str) {
+    let [lost] = &told.lost[..] else { panic!("{:?}", told.lost) };
+    assert!(lost.contains(what) && told.trace.notes.contains(lost), "{lost}: {:?}", told.trace.notes);
 }
 
 /// A .mat with a structure of single and double arrays, one of which lies, byte by byte after MathWorks' description of
@@ -321,6 +456,9 @@ fn an_mcap_of_ros_2_and_json() {
     assert_eq!(told.map.mag.unit.as_deref(), Some("T"));
     assert_eq!(told.map.gyro.table.as_deref(), Some("/imu/data"));
     assert!(!told.is_wrong(), "{:#?}", told.findings);
+    assert_eq!(told.lost, [""; 0]);
+    let unread = "drive.mcap: messages that are not understood are left out: /camera (protobuf)";
+    assert!(told.trace.notes.iter().any(|note| note.ends_with(unread)), "{:?}", told.trace.notes);
     // The clock starts with the second of its first message, not with a date.
     let mut trace = told.trace;
     let second = original().first_us() / 1_000_000;
@@ -328,8 +466,48 @@ fn an_mcap_of_ros_2_and_json() {
     flies_within(&trace, 0.01);
     // Cut off: what is there counts.
     std::fs::write(&path, &bytes[..bytes.len() * 3 / 4]).unwrap();
-    let part = imported(&[path]).trace.samples.len();
+    let told = imported(std::slice::from_ref(&path));
+    let part = told.trace.samples.len();
     assert!(part > original().samples.len() / 2 && part < original().samples.len(), "{part}");
+    is_told_as_lost(&told, "the MCAP is cut off");
+    // All messages are there, and the end is not.
+    std::fs::write(&path, &bytes[..bytes.len() - 8]).unwrap();
+    is_told_as_lost(&imported(&[path]), "the MCAP is cut off");
+}
+
+/// A digit of one message that is another one: only the sum of its chunk tells.
+#[test]
+fn a_damaged_mcap_is_told() {
+    use mcap::{WriteOptions, records::MessageHeader};
+
+    let mut writer = WriteOptions::new().compression(None).create(std::io::Cursor::new(Vec::new())).unwrap();
+    let imu = writer.add_channel(0, "/imu", "json", &BTreeMap::new()).unwrap();
+    for (sequence, sample) in (0..).zip(&original().samples) {
+        let three = |of: fn(&Sample, usize) -> Option<f64>| {
+            let [x, y, z] = [0, 1, 2].map(|axis| of(sample, axis));
+            serde_json::json!({"x": x, "y": y, "z": z})
+        };
+        let message = serde_json::json!({"gyro": three(gyro), "accel": three(accel), "mag": three(mag)});
+        let (log_time, publish_time) = (sample.t_us * 1_000, sample.t_us * 1_000);
+        let header = MessageHeader { channel_id: imu, sequence, log_time, publish_time };
+        writer.write_to_known_channel(&header, message.to_string().as_bytes()).unwrap();
+    }
+    writer.finish().unwrap();
+    let mut bytes = writer.into_inner().into_inner();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("drive.mcap");
+    std::fs::write(&path, &bytes).unwrap();
+    let whole = imported(std::slice::from_ref(&path));
+    assert!(whole.lost.is_empty() && whole.trace.samples.len() == original().samples.len(), "{:?}", whole.lost);
+    let (half, sought) = (bytes.len() / 2, b"\"x\":0.");
+    let digit = half + bytes[half..].windows(sought.len()).position(|text| text == sought).unwrap() + sought.len();
+    bytes[digit] = if bytes[digit] == b'9' { b'1' } else { bytes[digit] + 1 };
+    std::fs::write(&path, &bytes).unwrap();
+    let told = imported(std::slice::from_ref(&path));
+    is_told_as_lost(&told, "the MCAP is damaged");
+    let count = told.trace.samples.len();
+    assert!(count > original().samples.len() / 3 && count < original().samples.len(), "{count}");
+    assert_eq!(mwd(&["import", path.to_str().unwrap(), "--strict"]).status.code(), Some(2));
 }
 
 /// A Parquet file with a clock of its own, a gyro in deg/s and gaps in the field.

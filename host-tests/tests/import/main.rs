@@ -1,5 +1,5 @@
 //! Foreign recordings: imported they fly as the original does, or they are refused with the fix.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 #[path = "../rig/mod.rs"]
 mod rig;

@@ -3,6 +3,7 @@
 use std::{
     fs,
     io::Write,
+    path::Path,
     process::{Command, Stdio},
 };
 
@@ -36,8 +37,18 @@ fn a_wrong_source_leaves_no_trace_unless_forced_and_a_map_makes_it_right() {
     let saved = fs::read_to_string(folder.path().join("trace.csv.gz.map.toml")).unwrap();
     assert!(saved.contains("columns = [\"gy\", \"gx\", \"gz\"]") && saved.contains("motion = \"hand\""), "{saved}");
     flies_within(&read, 0.01);
-    let overwriting = mwd(&["import", source.to_str().unwrap(), "-o", source.to_str().unwrap()]);
-    assert_eq!(overwriting.status.code(), Some(2));
+    // Neither the source nor a file of the folder that is one.
+    let (bytes, logs) = (fs::read(&source).unwrap(), TempDir::new().unwrap());
+    let inside = logs.path().join("log.csv");
+    fs::write(&inside, &bytes).unwrap();
+    for read in [&source, &inside] {
+        let named: &Path = if *read == inside { logs.path() } else { read };
+        let overwriting =
+            mwd(&["import", named.to_str().unwrap(), "--map", map.to_str().unwrap(), "-o", read.to_str().unwrap()]);
+        assert_eq!(overwriting.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&overwriting.stderr).contains("would overwrite what it is made of"));
+        assert_eq!(fs::read(read).unwrap(), bytes);
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use meerkat_mwd::{
     probe::Output,
     telemetry::{
         Acknowledgement, AttitudeFormat, Boot, Command, CommandGate, Health, ImagePart, Judgement, Kind, MAX_FRAME,
-        Outcome, ProgramReport, Situation, StreamConfig, TelemetryQueue,
+        Outcome, ProgramReport, SelfTest, Situation, StreamConfig, TelemetryQueue,
     },
 };
 use std::{
@@ -42,6 +42,8 @@ pub struct Manner {
     pub loses_answers: bool,
     /// The latest counter in its memory.
     pub latest: u64,
+    /// Findings that it reports after a self-test; without any it keeps them to itself.
+    pub self_test: Option<SelfTest>,
     /// Samples after which it hangs up; 0 never.
     pub hangs_up_after: usize,
 }
@@ -105,7 +107,9 @@ fn serve(
             let _ = probe.poll(probe.poll_budget());
             let _ = probe.take_diagnosis();
         } else if rounds.is_multiple_of(20) {
-            let health = Health { probe: PROBE, t_us: now_us, counters: probe.counters(), ..Health::default() };
+            let self_test = manner.self_test.filter(|_| log.carried_out.contains(&Command::SelfTest));
+            let counters = probe.counters();
+            let health = Health { probe: PROBE, t_us: now_us, counters, self_test, ..Health::default() };
             let _ = queue.push_result(now_us, &health);
             if manner.loses_answers {
                 queue.push_result(now_us, &program).unwrap();

@@ -6,7 +6,10 @@ use crate::{
     played_probe::{self, Manner},
 };
 use blake2::{Blake2s256, Digest};
-use meerkat_mwd::telemetry::{AttitudeFormat, Command, EarlierModel, Erasure};
+use meerkat_mwd::{
+    sample::TurnFlags,
+    telemetry::{AttitudeFormat, Command, EarlierModel, Erasure, SelfTest},
+};
 use mwd::{report::attitude_csv::write_attitude_csv, trace::Trace};
 use std::{fs, path::Path, process};
 
@@ -134,6 +137,31 @@ fn what_goes_wrong_with_a_command_has_its_status_and_its_reason() {
         let said = mwd(&[&["command", capture], arguments].concat());
         assert_eq!(said.status, status, "{arguments:?} {}", said.error);
         assert!(said.error.contains(text), "{arguments:?} {}", said.error);
+    }
+}
+
+#[test]
+fn a_self_test_that_is_not_passed_or_not_told_has_its_status() {
+    let (config, samples) = flown::recording("broad_06");
+    let passed = SelfTest {
+        gravity_mm_s2: Some(9_810),
+        field_nt: Some(48_000),
+        storage_holds: Some(true),
+        turns_seen: TurnFlags::all(),
+        ..SelfTest::default()
+    };
+    let turned = SelfTest { turns_wrong: TurnFlags::X_BY_MAG, ..passed };
+    for (self_test, status, out, error) in [
+        (Some(passed), 0, "accepted\npassed: ", ""),
+        (Some(turned), 2, "accepted\nfailed: ", "the probe did not pass the self-test"),
+        (None, 3, "accepted\n", "the self-test's findings did not come within 10 s"),
+    ] {
+        let manner = Manner { self_test, ..Manner::default() };
+        let (place, probe) = played_probe::start(config, samples.clone(), manner, 1);
+        let said = mwd(&["command", &place, "self-test"]);
+        assert_eq!(said.status, status, "{} {}", said.out, said.error);
+        assert!(said.out.starts_with(out) && said.error.contains(error), "{} {}", said.out, said.error);
+        assert_eq!(probe.join().unwrap().carried_out, [Command::SelfTest]);
     }
 }
 

@@ -8,6 +8,7 @@ use meerkat_mwd::{
 use mwd::{
     port::recording::{Progress, Recording},
     report::attitude_csv::write_attitude_csv,
+    trace::Trace,
 };
 use std::{fs, path::Path};
 
@@ -100,6 +101,26 @@ fn damage_and_losses_are_told() {
     let recorded = mwd(&["record", &at("two.bin"), "-o", &at("two.csv")]);
     let said = String::from_utf8(recorded.stdout).unwrap();
     assert!(said.contains("3000 samples") && said.contains("started afresh"), "{said}");
+}
+
+/// A disk that is full costs the capture, not the samples that came before.
+#[test]
+fn a_capture_that_cannot_be_written_leaves_the_samples_so_far() {
+    if !Path::new("/dev/full").exists() {
+        println!("SKIPPED: no /dev/full");
+        return;
+    }
+    let (config, samples) = flown::recording("broad_06");
+    let bytes = flown::stream(&config, &samples[..3_000], AttitudeFormat::Compact);
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(at("line.bin"), &bytes).unwrap();
+    let recorded = mwd(&["record", &at("line.bin"), "-o", &at("trace.csv"), "--capture", "/dev/full"]);
+    let said = String::from_utf8(recorded.stderr).unwrap();
+    assert_eq!(recorded.status.code(), Some(2), "{said}");
+    assert!(said.contains("/dev/full: cannot be written") && said.contains("what came before is in "), "{said}");
+    let trace = Trace::read(Path::new(&at("trace.csv"))).unwrap();
+    assert!(trace.samples.len() > 10 && trace.samples.len() < 3_000, "{}", trace.samples.len());
 }
 
 /// A command that starts the pipeline afresh ends what one configuration can replay, at the sample that it

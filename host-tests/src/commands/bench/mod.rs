@@ -12,7 +12,11 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use crate::{bench::Effort, failure::Failure};
+use crate::{
+    bench::Effort,
+    console::{save, told},
+    failure::Failure,
+};
 use sections::{Place, SECTIONS, Section};
 
 /// Options of `bench`.
@@ -59,7 +63,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         ))
         .into());
     }
-    let mut out = io::stdout().lock();
+    let mut out = told();
     let mut all = Vec::new();
     for section in sections {
         if io::stderr().is_terminal() {
@@ -105,5 +109,5 @@ fn asked_for(args: &BenchArgs) -> Result<Vec<&'static Section>, Failure> {
 fn write_json(path: &Path, tables: &[serde_json::Value]) -> anyhow::Result<()> {
     let document = json!({ "schema": "meerkat-mwd-bench/1", "tables": tables });
     let text = serde_json::to_string_pretty(&document)? + "\n";
-    Ok(std::fs::write(path, text).map_err(|error| Failure::output(path, &error))?)
+    Ok(save(path, &text).map_err(|error| Failure::output(path, &error))?)
 }

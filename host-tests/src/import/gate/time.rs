@@ -1,6 +1,12 @@
-//! Rate, gaps, repeated and late rows.
+//! Rate, gaps, repeated and late rows, and the time that the sensors have in common.
 
-use super::{Finding, Imported};
+use super::{
+    super::{
+        resolve::{in_words, name},
+        units::Quantity,
+    },
+    Finding, Imported,
+};
 
 /// Rates that the pipeline takes, Hz (`Config::sample_period_us`).
 const RATE_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
@@ -8,6 +14,10 @@ const RATE_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
 const DROPPED: f64 = 0.05;
 /// Share of the time that gaps may take.
 const IN_GAPS: f64 = 0.2;
+/// Least share of the gyro's time that a sensor with time stamps of its own covers. Units of time differ by sixty and
+/// more, so that a wrong one leaves far less; of clocks that start apart nothing is known, and with less than half in
+/// common most of the recording would be flown without that sensor.
+const COVERED: f64 = 0.5;
 
 pub(super) fn check(imported: &Imported) -> Vec<Finding> {
     let gyro = imported.gyro;
@@ -46,7 +56,8 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
             Finding::note(told)
         });
     }
-    for (series, part) in imported.all.iter().zip(super::super::resolve::SENSORS) {
+    findings.extend(covered(imported));
+    for (series, part) in imported.all.iter().zip(imported.parts) {
         let dropped = series.dropped();
         if dropped == 0 {
             continue;
@@ -58,7 +69,7 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
         );
         let share = dropped as f64 / (dropped + series.t_us.len()) as f64;
         findings.push(if share > DROPPED {
-            let fix = format!("the clock {clock:?} is too coarse or not this sensor's: name another by time = \"...\" or rate_hz = ... in [{}]", part.1);
+            let fix = format!("the clock {clock:?} is too coarse or not this sensor's: name another by time = \"...\" or rate_hz = ... in [{}]", name(part.quantity));
             Finding::wrong(format!("{told}, {:.0} % of all", 100.0 * share), fix)
         } else {
             Finding::note(told)
@@ -70,11 +81,43 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
     findings
 }
 
+/// Sensors whose time stamps leave most of the gyro's time without a reading.
+fn covered(imported: &Imported) -> Vec<Finding> {
+    let Some((first, last)) = imported.gyro.t_us.first().zip(imported.gyro.t_us.last()) else { return Vec::new() };
+    let mut findings = Vec::new();
+    for (series, part) in imported.all.iter().zip(imported.parts) {
+        // On the gyro's clock a sensor that has no reading is missing there, and no time stamp is wrong.
+        let is_judged = matches!(part.quantity, Quantity::Accel | Quantity::Mag) && series.clock != imported.gyro.clock;
+        let mut there =
+            series.t_us.iter().zip(&series.rows).filter(|(_, row)| row[0].is_finite()).map(|(t_us, _)| t_us);
+        let Some(from) = there.next().filter(|_| is_judged) else { continue };
+        let to = there.next_back().unwrap_or(from);
+        let covered_us = (to.min(last) - from.max(first)).max(0) as f64;
+        let all_us = (last - first) as f64;
+        if covered_us < COVERED * all_us {
+            let told = format!(
+                "the {} covers {:.3} s of the gyro's {:.3} s",
+                in_words(part.quantity),
+                covered_us * 1e-6,
+                all_us * 1e-6
+            );
+            let unit = part.part.time_unit.as_deref().unwrap_or("none");
+            let fix = format!(
+                "name the unit of its time stamps by time_unit = \"...\" (now {unit:?}), or move its clock by \
+                 time_offset_s = ..., in [{}] of --map",
+                name(part.quantity)
+            );
+            findings.push(Finding::wrong(told, fix));
+        }
+    }
+    findings
+}
+
 /// Without the last digits, which are a division's.
 fn tidy(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
 fn seconds_in(unit: &str) -> f64 {
-    super::super::units::Quantity::Time.unit(unit).map_or(1.0, |unit| unit.factor)
+    Quantity::Time.unit(unit).map_or(1.0, |unit| unit.factor)
 }

@@ -1,6 +1,7 @@
 //! A self-test in words: what is wrong with the sensors, and the likely mistake.
 
 use super::state::flags_text;
+use crate::report::turned_axes::{axes_text, by_any, by_sensor};
 use meerkat_mwd::{sample::TurnFlags, telemetry::SelfTest};
 
 /// The findings of a self-test.
@@ -34,46 +35,31 @@ fn norm_text(name: &str, thousandths: Option<u32>, unit: &str, is_plausible: boo
     if is_plausible { norm } else { format!("{norm} in place of {expected}") }
 }
 
-/// For x, y and z: whether flags have the turn about it, by the accelerometer and by the magnetometer.
-fn by_sensor(flags: TurnFlags) -> [[bool; 3]; 2] {
-    [
-        [TurnFlags::X_BY_ACCEL, TurnFlags::Y_BY_ACCEL, TurnFlags::Z_BY_ACCEL],
-        [TurnFlags::X_BY_MAG, TurnFlags::Y_BY_MAG, TurnFlags::Z_BY_MAG],
-    ]
-    .map(|sensor| sensor.map(|flag| flags.contains(flag)))
-}
-
-fn axes(which: [bool; 3]) -> String {
-    let names: Vec<&str> = ["x", "y", "z"].into_iter().zip(which).filter(|(_, it)| *it).map(|(name, _)| name).collect();
-    names.join(", ")
-}
-
 fn mounting_text(seen: TurnFlags, wrong: TurnFlags) -> String {
     let [accel, mag] = by_sensor(wrong);
     let both = [0, 1, 2].map(|axis| accel[axis] && mag[axis]);
     let mut told = Vec::new();
     if both.contains(&true) {
-        told.push(format!("the gyro's sign, unit or axis about {} is wrong", axes(both)));
+        told.push(format!("the gyro's sign, unit or axis about {} is wrong", axes_text(both)));
     }
     for (name, of_sensor) in [("accelerometer", accel), ("magnetometer", mag)] {
         let alone = [0, 1, 2].map(|axis| of_sensor[axis] && !both[axis]);
         if alone.contains(&true) {
-            told.push(format!("about {} gyro and {name} do not agree: {}", axes(alone), likely(name, alone, both)));
+            told.push(format!(
+                "about {} gyro and {name} do not agree: {}",
+                axes_text(alone),
+                likely(name, alone, both)
+            ));
         }
     }
     if told.is_empty() && !seen.is_empty() {
-        let of_sensors = by_sensor(seen);
-        told.push(format!(
-            "mounting right about {}",
-            axes([0, 1, 2].map(|axis| of_sensors[0][axis] || of_sensors[1][axis]))
-        ));
+        told.push(format!("mounting right about {}", axes_text(by_any(seen))));
     }
-    let [by_accel, by_mag] = by_sensor(seen);
-    let unseen = [0, 1, 2].map(|axis| !by_accel[axis] && !by_mag[axis]);
+    let unseen = by_any(seen).map(|is_seen| !is_seen);
     if unseen.contains(&true) {
         told.push(format!(
             "no turn about {} seen (turn the probe by hand about each of its axes and ask again)",
-            axes(unseen)
+            axes_text(unseen)
         ));
     }
     told.join(", ")

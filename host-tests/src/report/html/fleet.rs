@@ -61,6 +61,7 @@ pub fn verdict(recordings: &[Recording]) -> (bool, String) {
     let of = |standing: Standing| recordings.iter().filter(|recording| recording.standing == standing).count();
     let why = [
         (of(Standing::NotFlown), "could not be flown"),
+        (of(Standing::Wrong), "with units, signs or axes that cannot be"),
         (of(Standing::Unexplained), "with more left than noise accounts for"),
         (of(Standing::TooLittleMotion), "with too little motion for a verdict"),
     ];

@@ -1,0 +1,35 @@
+//! Columns that nothing reads, told so that nobody misses them later.
+
+use std::collections::BTreeSet;
+
+use super::{
+    column_map::Part,
+    own_columns::OwnColumns,
+    resolve::{Resolved, unsigned},
+    table::{Table, listed},
+};
+
+/// Names that a note tells.
+const MOST: usize = 12;
+
+/// A note for each table that something is read of, on the columns that nothing reads.
+#[must_use]
+pub fn unused_columns(tables: &[Table], parts: &[Resolved], own: &OwnColumns) -> Vec<String> {
+    let of_gyro = parts.first().and_then(|gyro| gyro.part.table.as_ref());
+    let note = |table: &Table| {
+        let of_table: Vec<&Part> =
+            parts.iter().map(|part| &part.part).filter(|part| part.table.as_ref() == Some(&table.name)).collect();
+        let named = of_table.iter().flat_map(|part| part.columns.iter().flatten().chain(&part.time));
+        let own = own.names().filter(|_| of_gyro == Some(&table.name));
+        let column = |name: &str| table.column(name).or_else(|| table.column(unsigned(name)));
+        let read: BTreeSet<&str> = named
+            .map(String::as_str)
+            .chain(own)
+            .filter_map(|name| column(name).map(|column| column.name.as_str()))
+            .collect();
+        let unused = listed(table.names().filter(|name| !read.contains(name)), MOST);
+        let is_told = !of_table.is_empty() && !unused.is_empty();
+        is_told.then(|| format!("columns of {} that are not used: {unused}", table.name))
+    };
+    tables.iter().filter_map(note).collect()
+}
