@@ -22,19 +22,22 @@ fn send<P: Payload>(payload: &P, sequence: &mut u16, line: &mut impl FnMut(&[u8]
     Ok(())
 }
 
-/// Runs once for each wake-up, as after `wfi`: drains the queue, then does one bounded piece of work.
+/// Runs once for each wake-up, as after `wfi`: drains the queue, then does as much work as its samples have brought.
 fn turn(
     probe: &mut Probe,
     samples: &mut Consumer<'_, Sample>,
     sequence: &mut u16,
     line: &mut impl FnMut(&[u8]),
 ) -> Result<(), EncodeError> {
+    // A queue holds 15 samples, so this product is small.
+    let mut budget = 0;
     while let Some(sample) = samples.dequeue() {
+        budget += probe.poll_budget();
         if let Some(output) = probe.push(&sample) {
             send(&AttitudeFrame::of(&output), sequence, line)?;
         }
     }
-    if let Some(report) = probe.poll(probe.poll_budget()) {
+    if let Some(report) = probe.poll(budget) {
         send(&Identification { report, temperature_c: None }, sequence, line)?;
     }
     Ok(())

@@ -1,10 +1,15 @@
 //! README and guides: short where they have to be, and no link or path in them leads nowhere.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
+
+use meerkat_mwd::Config;
+use mwd::simulate::{Scenario, Temperature};
+use serde_json::Value;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -57,4 +62,93 @@ fn every_path_that_a_guide_names_exists() {
         }
     }
     assert!(count > 50, "{count}");
+}
+
+/// A key of a page of settings, as `table.key`, with the default beside it; without one, `none`.
+fn settings_of_page(page: &str) -> BTreeMap<String, String> {
+    let text = fs::read_to_string(root().join(page)).unwrap();
+    let (mut table, mut settings) = (None, BTreeMap::new());
+    for line in text.lines() {
+        if let Some(heading) = line.strip_prefix("## ") {
+            let name = heading.strip_prefix("`[").and_then(|rest| rest.strip_suffix("]`"));
+            table = name.map(|name| format!("{name}.")).or_else(|| (heading == "At the root").then(String::new));
+        }
+        let (Some(table), true) = (&table, line.starts_with("| `")) else { continue };
+        let cells: Vec<&str> = line.split('|').map(|cell| cell.trim().trim_matches('`')).collect();
+        let known = settings.insert(format!("{table}{}", cells[1]), cells[3].to_owned());
+        assert_eq!(known, None, "{page}: {line}");
+    }
+    settings
+}
+
+/// The values of a structure by their names with those of its tables.
+fn leaves(table: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
+    for (key, value) in value.as_object().unwrap() {
+        match value {
+            Value::Object(_) => leaves(&format!("{table}{key}."), value, into),
+            _ => assert_eq!(into.insert(format!("{table}{key}"), value.clone()), None),
+        }
+    }
+}
+
+/// A page rounds a default to three digits.
+fn is_near(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_near(a, b)),
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().unwrap(), b.as_f64().unwrap());
+            (a - b).abs() <= 1e-3 * b.abs()
+        }
+        _ => a == b,
+    }
+}
+
+fn parsed(default: &str) -> Value {
+    if default == "none" {
+        return Value::Null;
+    }
+    let table: toml::Table = format!("x = {default}").parse().unwrap_or_else(|error| panic!("{default}: {error}"));
+    serde_json::to_value(&table["x"]).unwrap()
+}
+
+#[test]
+fn every_setting_of_a_probe_is_on_its_page_with_its_default() {
+    let mut settings = BTreeMap::new();
+    leaves("", &serde_json::to_value(Config::default()).unwrap(), &mut settings);
+    let told = settings_of_page("docs/configuration.md");
+    assert!(told.keys().eq(settings.keys()), "{:?} {:?}", told.keys(), settings.keys());
+    for (key, value) in settings {
+        assert!(is_near(&parsed(&told[&key]), &value), "{key}: {} {value}", told[&key]);
+    }
+}
+
+/// Names that an error about an unknown key offers in its place.
+fn keys_of_table(table: &str) -> Vec<String> {
+    let text = if table.is_empty() { "zz = 1".to_owned() } else { format!("[{table}]\nzz = 1") };
+    let error = toml::from_str::<Scenario>(&text).unwrap_err().to_string();
+    let (_, expected) = error.split_once("expected").unwrap();
+    expected.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn every_setting_of_a_scenario_is_on_its_page_with_its_default() {
+    let told = settings_of_page("docs/scenario.md");
+    let mut tables: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
+    for (path, default) in &told {
+        let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
+        tables.entry(table).or_default().push((key, default));
+    }
+    let mut file = String::new();
+    for (table, settings) in &tables {
+        for key in keys_of_table(table) {
+            let path = if table.is_empty() { key.clone() } else { format!("{table}.{key}") };
+            assert!(told.contains_key(&path) || tables.contains_key(path.as_str()), "{path}");
+        }
+        let given = settings.iter().filter(|(_, default)| *default != "none");
+        let lines: Vec<String> = given.map(|(key, default)| format!("{key} = {default}\n")).collect();
+        // The root comes first, as its name is the least.
+        file += &if table.is_empty() { lines.concat() } else { format!("[{table}]\n{}", lines.concat()) };
+    }
+    let scenario: Scenario = toml::from_str(&file).unwrap_or_else(|error| panic!("{error}\n{file}"));
+    assert_eq!(scenario, Scenario { temperature: Some(Temperature::default()), ..Scenario::default() });
 }

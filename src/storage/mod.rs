@@ -52,9 +52,9 @@
 //! is left of the problem is small: records that are only appended, each in whole 32-byte granules with a CRC-32C;
 //! copies that are the original to the bit; an erasure counts only with the mark that was written after it. The flash
 //! is driven through `embedded-storage`'s blocking trait: on the chip the processor is what blocks, so there is nothing
-//! that a future could wait for. An external flash whose driver is asynchronous alone (`embedded-storage-async`) is not
-//! taken: a wrapper would have to spin until each future is ready, which is to block by another name. Take the driver's
-//! blocking side, or wrap it where blocking is yours to decide.
+//! that a future could wait for. An external flash whose driver is asynchronous alone (`embedded-storage-async`) goes
+//! through `PolledFlash` (feature `async-storage`), which polls each future until it is ready and so blocks, too: give
+//! the storage a task of its own.
 //!
 //! # What a power cut leaves
 //! A record counts when its check holds, so one that was cut off is skipped and counted, and the one before it still

@@ -83,10 +83,10 @@ pub enum Request {
     /// Stop sending raw samples
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 stop-recording")]
     StopRecording,
-    /// Take a survey at the next rest
+    /// Send the survey of this stop again; each stop gives one without a command
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 survey --within 300")]
     Survey {
-        /// Seconds for which the request stands
+        /// Seconds that the command carries; the firmware does not use them
         #[arg(long, value_name = "S", default_value_t = 600)]
         within: u16,
     },

@@ -10,7 +10,8 @@ use std::{
 };
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
-use mwd::{commands::Cli, import::ColumnMap, surveys::settings::RunSettings, trace::Trace};
+use meerkat_mwd::{Config, config::SurveyConfig};
+use mwd::{commands::Cli, import::ColumnMap, simulate::Scenario, surveys::settings::RunSettings, trace::Trace};
 
 use super::{guide, pages, root, text};
 
@@ -141,14 +142,22 @@ fn every_python_block_is_compiled_and_names_what_is_there() {
     }
 }
 
-/// A map of columns and a run's settings by the program's parser; the rest are cargo's files.
+/// A map of columns, settings of a probe, a run and a scenario by the program's parsers; the rest are cargo's files.
 #[test]
 fn every_toml_block_is_parsed() {
     let cargo_keys = ["dependencies", "profile", "build", "target", "features", "patch", "package"];
     for block in of_language("toml") {
         let document = block.document.to_string_lossy().into_owned();
+        let of_a_probe = || toml::from_str::<Config>(&block.text).map(|config| config.validate().unwrap());
         if document.ends_with("commands.md") {
-            toml::from_str::<ColumnMap>(&block.text).unwrap_or_else(|error| panic!("{document}: {error}"));
+            let map = toml::from_str::<ColumnMap>(&block.text);
+            assert!(map.is_ok() || of_a_probe().is_ok(), "{document}: {:?}", map.err());
+        } else if document.ends_with("configuration.md") {
+            let of_surveys = toml::from_str::<SurveyConfig>(&block.text).map(|config| config.validate().unwrap());
+            let error = of_a_probe().err().filter(|_| of_surveys.is_err());
+            assert_eq!(error, None, "{document}");
+        } else if document.ends_with("scenario.md") {
+            toml::from_str::<Scenario>(&block.text).unwrap_or_else(|error| panic!("{document}: {error}"));
         } else if document.ends_with("surveys.md") {
             RunSettings::parse(&block.text).unwrap_or_else(|error| panic!("{document}: {error}"));
         } else {
