@@ -48,7 +48,7 @@ pub fn rounds() -> u64 {
 /// `shown_us`: the timer within the round, and one round more while its interrupt waits; `period_us`: a round;
 /// `cycles_per_us`: of the core's cycle counter, which goes on, for 2^32 cycles at most.
 #[cfg(any(feature = "board-stm32f405", feature = "board-nrf52840"))]
-fn across_a_stall<R>(
+pub fn across_a_stall<R>(
     shown_us: impl Fn() -> u32,
     (period_us, cycles_per_us): (u32, u32),
     stall: impl FnOnce() -> R,
