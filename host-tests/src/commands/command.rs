@@ -53,11 +53,11 @@ pub struct CommandArgs {
 pub enum Request {
     /// Test sensors, their mounting and storage, and report their health. Turn the probe by hand before, about each of
     /// its axes
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 self-test")]
     SelfTest,
     /// Set what the probe sends over the line, and how fast. Needs --key
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key stream --every 5 --bandwidth 11520"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key stream --every 5 --bandwidth 11520"
     )]
     Stream {
         /// Send every Nth attitude; 0 sends none
@@ -74,17 +74,17 @@ pub enum Request {
         exact: bool,
     },
     /// Start sending every raw sample
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 start-recording --for 60")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 start-recording --for 60")]
     StartRecording {
         /// Stop by itself after this many seconds
         #[arg(long = "for", value_name = "S")]
         for_s: Option<u32>,
     },
     /// Stop sending raw samples
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 stop-recording")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 stop-recording")]
     StopRecording,
     /// Send the survey of this stop again; each stop gives one without a command
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 survey --within 300")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 survey --within 300")]
     Survey {
         /// Seconds that the command carries; the firmware does not use them
         #[arg(long, value_name = "S", default_value_t = 600)]
@@ -92,7 +92,7 @@ pub enum Request {
     },
     /// Restart with the configuration of a file; fields it does not name take their defaults. Needs --key
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key configure config.toml"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key configure config.toml"
     )]
     Configure {
         /// The configuration, TOML
@@ -100,7 +100,7 @@ pub enum Request {
     },
     /// Set how surveys are taken from a file; fields it does not name take their defaults. Needs --key
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key configure-survey survey.toml"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key configure-survey survey.toml"
     )]
     ConfigureSurvey {
         /// The configuration of surveys, TOML
@@ -108,7 +108,7 @@ pub enum Request {
     },
     /// Fly the model of the latest window, accepted or not. Needs --key
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key accept-model 75000000"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key accept-model 75000000"
     )]
     AcceptModel {
         /// End of that window in microseconds, as its report states
@@ -116,17 +116,17 @@ pub enum Request {
     },
     /// Fly an earlier model. Needs --key
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key roll-back previous"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key roll-back previous"
     )]
     RollBack {
         /// Which model
         to: Earlier,
     },
     /// Send vibration dose and the raw samples of the worst second: monitor shows them. Needs --key
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key send-vibration")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key send-vibration")]
     SendVibration,
     /// Erase stored models. Needs --key
-    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 --key probe.key erase models")]
+    #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key erase models")]
     Erase {
         /// Records to erase
         what: What,

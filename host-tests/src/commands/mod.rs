@@ -106,26 +106,26 @@ pub enum Command {
     )]
     Bench(bench::BenchArgs),
     /// Record a probe's raw samples as a trace, with the configuration beside it
-    #[command(after_help = "Examples:\n  cargo mwd record /dev/ttyUSB0 --baud 115200 -o trace.csv.gz --seconds 120")]
+    #[command(after_help = "Examples:\n  cargo mwd record /dev/ttyUSB0 --baud 921600 -o trace.csv.gz --seconds 120")]
     Record(record::RecordArgs),
     /// Show what a probe reports
     #[command(
-        after_help = "Examples:\n  cargo mwd monitor /dev/ttyUSB0 --baud 115200\n  cargo mwd monitor capture.bin --once\n  cargo mwd monitor /dev/ttyUSB0 --web"
+        after_help = "Examples:\n  cargo mwd monitor /dev/ttyUSB0 --baud 921600\n  cargo mwd monitor capture.bin --once\n  cargo mwd monitor /dev/ttyUSB0 --web"
     )]
     Monitor(monitor::MonitorArgs),
     /// Send a command to a probe and wait for its answer
     #[command(
-        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 115200 self-test\n  cargo mwd command /dev/ttyUSB0 --key probe.key configure config.toml\n  cargo mwd command /dev/ttyUSB0 configure --help"
+        after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 self-test\n  cargo mwd command /dev/ttyUSB0 --key probe.key configure config.toml\n  cargo mwd command /dev/ttyUSB0 configure --help"
     )]
     Command(command::CommandArgs),
     /// Write the factory's records into a probe, once: calibration, mounting, key
     #[command(
-        after_help = "Examples:\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --calibration calibration.toml --serial 17 --toolface-offset 12.5 --key probe.key\n  cargo mwd provision /dev/ttyUSB0 --baud 115200 --key probe.key --check"
+        after_help = "Examples:\n  cargo mwd provision /dev/ttyUSB0 --baud 921600 --calibration calibration.toml --serial 17 --toolface-offset 12.5 --key probe.key\n  cargo mwd provision /dev/ttyUSB0 --baud 921600 --key probe.key --check"
     )]
     Provision(provision::ProvisionArgs),
     /// Send another program into a probe, start it on trial, and wait until it has confirmed itself
     #[command(
-        after_help = "Examples:\n  cargo mwd update /dev/ttyUSB0 --baud 115200 --image probe.elf --number 2 --key probe.key"
+        after_help = "Examples:\n  cargo mwd update /dev/ttyUSB0 --baud 921600 --image probe.elf --number 2 --key probe.key"
     )]
     Update(update::UpdateArgs),
     /// Print a place's reference field and gravity as a configuration

@@ -55,7 +55,7 @@ pub enum Command {
     },
     /// End the recording. One that was begun with the key ends only with the key.
     StopRecording,
-    /// Take a survey at the next rest.
+    /// Send the survey of this stop again.
     StationarySurvey {
         /// Validity of the request, seconds, 1 to 3,600.
         within_s: u16,
