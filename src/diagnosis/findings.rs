@@ -136,14 +136,16 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {
         let (mut report, flies) = self.waiting.pop()?;
         report.t_effect_us = t_us;
+        let before = self.flown;
         for effect in report.effects.iter_mut().take(usize::from(report.count)) {
+            // A restored effect flies before any update has taken it out.
+            let flew = effect.step_us == 0 && before.iter().any(|found| found.index == effect.found.index);
             effect.taken_out_us = match effect.taken_out_us {
-                TO_BE_TAKEN_OUT if flies => t_us,
+                TO_BE_TAKEN_OUT if flies || flew => t_us,
                 TO_BE_TAKEN_OUT => 0,
                 us => us,
             };
         }
-        let before = self.flown;
         if flies {
             self.flown = report.active();
             (self.known, self.known_count) = (report.effects, usize::from(report.count));
@@ -177,8 +179,8 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     }
 }
 
-/// Delay, seconds, that a delay of the whole gyro has beside the estimator's: a rate of unknown time is taken as the mean
-/// over the interval that it ends, so it is half an interval late already. 0 for any other effect.
+/// Delay, seconds, by which a delay of the whole gyro exceeds the estimator's: a rate of unknown time is taken as the
+/// mean over the interval that it ends, so it is half an interval late already. 0 for any other effect.
 fn late_already_s(effect: &dyn Effect, parameters: &[f32; MAX_PARAMETERS], config: &Config) -> f32 {
     let is_late = effect.gyro_delay_s(parameters) != 0.0 && config.latency.gyro_s.is_none();
     if is_late { config.sample_period_us as f32 * 0.5e-6 } else { 0.0 }

@@ -23,8 +23,8 @@ const LONGEST_TURN_RAD: f32 = 0.5;
 /// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
 /// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
-/// Turn of an increment, rad, beyond which no loss is bridged: half a turn, less what the lost samples may add.
-const MOST_TURNED_RAD: f32 = 2.5;
+/// Turn of an increment with lost samples, rad, from which on these are a gap: a little less than half a turn.
+const MOST_TURNED_RAD: f32 = 3.0;
 /// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part
 /// that is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
 const LONGEST_LOSS_S: f32 = 0.1;
@@ -200,7 +200,9 @@ impl<T: Real> Builder<T> {
         }
         let ends = rate_before.filter(|_| !is_whole).map(|before| [before, rate]);
         let is_bridged = ends.is_some_and(|ends| self.bridge(unread_s, &ends, [force_before, force]));
-        if !is_bridged && (self.is_lost || interval_s > longest) {
+        let [_, turn] = self.sums.turn(&rate, interval_s);
+        let is_half_a_turn = self.sums.turned + norm(&turn) >= T::of(MOST_TURNED_RAD);
+        if !is_bridged && (self.is_lost || interval_s > longest || is_half_a_turn) {
             self.waiting_s = interval_s;
             let gap = self.gap(with);
             self.is_lost = false;
@@ -237,9 +239,10 @@ impl<T: Real> Builder<T> {
         let by_change = T::of(self.rate_change.unread_variance(&narrow(before), &narrow(after), seconds.narrow()));
         let is_long = readings > libm::roundf(LONGEST_LOSS_S / self.period_s.narrow());
         let unread_turn = by_change + if is_long { square(&turn) } else { T::ZERO };
+        let [_, own] = self.sums.turn(after, self.period_s);
         // A NaN is not bridged. Beyond half a turn an increment's rotation would be taken for the shorter one.
         let is_known = unread_turn < T::of(MOST_BRIDGED_RAD * MOST_BRIDGED_RAD)
-            && self.sums.turned + norm(&turn) < T::of(MOST_TURNED_RAD);
+            && self.sums.turned + norm(&turn) + norm(&own) < T::of(MOST_TURNED_RAD);
         if !is_known {
             return false;
         }
@@ -259,8 +262,7 @@ impl<T: Real> Builder<T> {
         sums.seconds += seconds;
         sums.turned += norm(&turn);
         sums.unread_turn += unread_turn;
-        let [_, turn_before] = sums.turn(after, self.period_s);
-        self.turn_before = turn_before;
+        self.turn_before = own;
         true
     }
 

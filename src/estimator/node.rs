@@ -195,8 +195,8 @@ impl<T: Real> Node<T> {
             // As at a start: what the linear model leaves out would be taken for iron.
             self.curved = MOST_CURVED;
         }
-        // The rows below those of attitude, velocity and position are the field's margin. R f = n becomes, as f walks, R f
-        // = n + R w, and R R' is at most as large as the sum of R's squares.
+        // The rows below those of attitude, velocity and position are the field's margin. As f walks by w, R f = n
+        // becomes R f = n + R w, and R R' is at most as large as the sum of R's squares.
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let rows = self.root.iter().skip(FIELD);
         let known = rows.flat_map(|row| row.iter().skip(FIELD).take(3)).fold(T::ZERO, |sum, x| sum + *x * *x);

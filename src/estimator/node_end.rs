@@ -68,6 +68,7 @@ impl NodeEnd {
         if filter.kind == Kind::Moving {
             filter.shares.turned.add(if agreement.is_turned { T::ONE } else { T::ZERO }, seconds);
         }
+        filter.course.unwalked_s += seconds;
         if agreement.is_turned {
             filter.shares.unread.add(T::ONE, seconds);
             if filter.course.disagreements.gyro.contradicted(seconds) {
@@ -92,7 +93,6 @@ impl NodeEnd {
             let fieldless = if agreement.field == Readings::Used { T::ZERO } else { T::ONE };
             filter.shares.fieldless.add(fieldless, seconds);
         }
-        filter.course.unwalked_s += seconds;
         filter.task = Task::Eliminating;
         Self::Ended
     }
@@ -144,7 +144,7 @@ fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NOD
     (filter.course.is_aligned, filter.course.has_begun) = (true, true);
     filter.course.gap_s = T::ZERO;
     if filter.course.unwalked_s >= T::of(walk::EVERY_S) {
-        // Before a node after the gap is judged.
+        // The globals walk before a node after the gap is judged.
         filter.task = Task::Widening(0);
     }
 }

@@ -71,8 +71,8 @@ impl Flight<'_> {
         (Decision::Refused(refusal), told)
     }
 
-    /// The flown model with the bias that a rest shows beside the effects that fly. The posterior's is beside those that
-    /// the estimator takes out, which may be others while it is refused.
+    /// The flown model with the bias that a rest shows beside the effects that fly. The posterior's bias is beside the
+    /// effects that the estimator takes out, which may be others while the posterior is refused.
     fn with_bias_of(&self, posterior: &Posterior) -> GyroModel {
         let others = posterior.of_effects_at_rest_rad_s - self.of_effects_at_rest_rad_s;
         let b_rad_s: [f32; 3] = (Vector3::from(posterior.bias_only.b_rad_s) + others).into();

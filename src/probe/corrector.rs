@@ -3,6 +3,7 @@
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel, Snapshot, effect::REFERENCE_TEMPERATURE_C},
     config::Config,
+    estimator::turned_back,
     sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
@@ -147,7 +148,7 @@ impl Found {
             warming_k: self.last_warming_k,
         };
         self.effects.correct_rate(library, &mut still);
-        let added = flown.p_matrix().try_inverse().map_or(still.rate_rad_s, |inverse| inverse * still.rate_rad_s);
+        let added = turned_back(flown, &still.rate_rad_s);
         GyroModel { b_rad_s: (Vector3::from(flown.b_rad_s) - added).into(), ..*flown }
     }
 }

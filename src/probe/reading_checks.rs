@@ -134,17 +134,23 @@ impl ReadingChecks {
         }
     }
 
-    /// Returns the calibrated reading of a vector sensor. A clipped or stale one, or one with a dead axis, is unusable;
-    /// three exact zeros count as missing.
+    /// Returns the calibrated reading of a vector sensor. A clipped one is unusable, and so is a field that is stale or has
+    /// a dead axis. Such a force counts as missing, for an unusable one is a blow beyond the full scale; and so do three
+    /// exact zeros.
     pub fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
         let raw = sample.vector(sensor);
         let is_dead = || self.staleness.of(sensor).has_dead_axis();
         if sample.flags.contains(SampleFlags::missing(sensor)) || raw == [0.0; 3] {
             Reading::Missing
-        } else if sample.flags.contains(SampleFlags::clipped(sensor)) || self.is_stale(sensor) || is_dead() {
+        } else if sample.flags.contains(SampleFlags::clipped(sensor)) {
             Reading::Unusable
+        } else if self.is_stale(sensor) || is_dead() {
+            if matches!(sensor, Sensor::Accelerometer) { Reading::Missing } else { Reading::Unusable }
         } else {
             Reading::Usable(model.calibrate(raw))
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -185,8 +185,8 @@ impl<F: NorFlash> ImageSlots<F> {
         newest(|_| true).map(|it| Start::LastResort(it.slot))
     }
 
-    /// Marks the running image as confirmed. Does nothing if it is marked already. Its bytes were compared with their
-    /// digest before it ran, which takes too long while samples come.
+    /// Marks the running image as confirmed. Does nothing if it is marked already. The loader compared its bytes with
+    /// their digest before it ran; comparing them again takes too long while samples come.
     ///
     /// # Errors
     /// The slot holds no image, or the flash failed: then the call can be repeated, three times.

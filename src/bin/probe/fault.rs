@@ -13,9 +13,7 @@ use defmt_rtt as _;
 static HAS_FAILED: AtomicBool = AtomicBool::new(false);
 
 fn may_log() -> bool {
-    let has_failed = HAS_FAILED.load(Ordering::Relaxed);
-    HAS_FAILED.store(true, Ordering::Relaxed);
-    !has_failed
+    !HAS_FAILED.swap(true, Ordering::Relaxed)
 }
 
 // Inlined into its callers, the handler leaves the panic's text, which it does not print, unmade, and `core::fmt` not

@@ -1,5 +1,5 @@
-//! Sample clock: its rounds, counted by its interrupt, the time read from them, and the counters of the acquisition
-//! that the clock paces.
+//! Sample clock: its rounds, counted by its interrupt or after a stall, the time read from them, and the counters of the
+//! acquisition that the clock paces.
 //!
 //! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
 
@@ -14,7 +14,7 @@ static ROUNDS_HIGH: AtomicU32 = AtomicU32::new(0);
 
 /// Counts a round.
 pub fn round() {
-    // Loads and stores: nothing preempts the one interrupt that calls this.
+    // Loads and stores: nothing preempts the interrupt that calls this, and `across_a_stall` masks it.
     let rounds = ROUNDS.load(Ordering::Relaxed).wrapping_add(1);
     ROUNDS.store(rounds, Ordering::Relaxed);
     if rounds == 0 {

@@ -48,10 +48,15 @@ fn a_restored_delay_of_the_gyro_is_told_as_it_was_stored() {
 #[test]
 fn what_does_not_fly_is_not_told_as_taken_out() {
     let config = Config::default();
-    for flies in [false, true] {
+    for (flies, is_restored) in [(false, false), (true, false), (false, true)] {
         let mut findings = Findings::<1>::zero();
         let index = index_of("eddy_lag");
         let found = FoundEffect { index, parameters: [0.01; 9], sigma: [0.001; 9] };
+        if is_restored {
+            let mut stored = ActiveEffects::none();
+            stored.add(found);
+            findings.restore(&stored);
+        }
         let effect = LIBRARY[usize::from(index)];
         let mut report = DiagnosisReport {
             t_start_us: 0,
@@ -69,6 +74,7 @@ fn what_does_not_fly_is_not_told_as_taken_out() {
         let _ = findings.waiting.push((report, flies));
         findings.take_effect(60, true, &LIBRARY);
         let told = findings.take().unwrap();
-        assert_eq!((told.effects[0].is_taken_out(), findings.flown().is_empty()), (flies, !flies));
+        let is_flown = flies || is_restored;
+        assert_eq!((told.effects[0].is_taken_out(), findings.flown().is_empty()), (is_flown, !is_flown));
     }
 }

@@ -23,11 +23,12 @@ pub(in crate::estimator) struct Account<T> {
     pub taken: Vec<ColumnId, MAX_TAKEN>,
     pub mean: [T; MAX_TAKEN],
     pub covariance: [T; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
-    /// Factor of each one's deviation: that of the data over the stated one, up to its prior's.
+    /// Factor by which each deviation is inflated: the root of the dispersion, as far as the prior's deviation allows.
     dispersion: [T; MAX_TAKEN],
 }
 
-/// Factor of the variance of one parameter where the data vary by more than they state: at most to its prior's.
+/// Factor by which the variance of one parameter is inflated where the data vary by more than they state. The inflated
+/// variance stays within the prior's, which is 1.
 fn dispersed<T: Real>(posterior: &Posterior<T>, parameter: usize, dispersion: T) -> T {
     let variance = posterior.covariance.get(parameter).and_then(|row| row.get(parameter)).copied().unwrap_or(T::ONE);
     if dispersion * variance <= T::ONE {

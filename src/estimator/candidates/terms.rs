@@ -16,8 +16,8 @@ use crate::{
 };
 use nalgebra::Vector3;
 
-/// Number of increments over which the mean squares are kept, an hour and a half of them: a plain sum over weeks would
-/// stop to grow, and a longer mean to follow.
+/// Number of increments over which the mean squares are kept: an hour and a half. A plain sum over weeks would stop
+/// growing in an f32, and a longer mean would stop following.
 const REMEMBERED: u32 = 1 << 17;
 
 /// Terms of the latest increment, and what the library's effects have added so far.
@@ -25,8 +25,8 @@ pub(super) struct Terms<T, const EFFECTS: usize> {
     /// Term of each column in the latest increment: what its effect adds to its sensor's reading at the prior's
     /// deviation.
     pub all: [V3<T>; EFFECTS],
-    /// Mean squares of what one unit of each of the library's parameters adds to a reading, and the number of increments
-    /// that they are of, at most [`REMEMBERED`].
+    /// Mean squares of what one unit of each of the library's parameters adds to a reading, and the number of
+    /// increments in these means, at most [`REMEMBERED`].
     pub squares: [T; PARAMETERS],
     pub increments: u32,
 }

@@ -110,8 +110,7 @@ impl<T: Real> Sums<T> {
         }
     }
 
-    /// Notes a sample whose specific force the accelerometer could not read: a blow beyond its full scale, for as long as
-    /// a sample stands for.
+    /// Notes a clipped specific force: a blow beyond the full scale, for as long as a sample stands for.
     pub fn lose_force(&mut self, period_s: T) {
         self.square_peak = T::of(BEYOND_ANY_ACCEL_M_S2 * BEYOND_ANY_ACCEL_M_S2);
         self.unread_velocity += square(&V3::new(T::of(CLIPPED_M_S2) * period_s, T::ZERO, T::ZERO));
