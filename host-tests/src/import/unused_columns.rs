@@ -6,7 +6,7 @@ use super::{
     column_map::Part,
     own_columns::OwnColumns,
     resolve::{Resolved, unsigned},
-    table::{Table, listed},
+    table::{Column, Table, listed},
 };
 
 /// Names that a note tells.
@@ -27,7 +27,11 @@ pub fn unused_columns(tables: &[Table], parts: &[Resolved], own: &OwnColumns) ->
             .chain(own)
             .filter_map(|name| column(name).map(|column| column.name.as_str()))
             .collect();
-        let unused = listed(table.names().filter(|name| !read.contains(name)), MOST);
+        // A column without any value holds nothing that could be missed.
+        let is_filled =
+            |column: &&Column| column.not_a_number.is_some() || column.values.iter().any(|value| value.is_finite());
+        let names = table.columns.iter().filter(is_filled).map(|column| column.name.as_str());
+        let unused = listed(names.filter(|name| !read.contains(name)), MOST);
         let is_told = !of_table.is_empty() && !unused.is_empty();
         is_told.then(|| format!("columns of {} that are not used: {unused}", table.name))
     };

@@ -253,7 +253,8 @@ fn a_trace_keeps_its_flags_and_what_is_not_used_is_told() {
     let mut lines: Vec<String> = std::fs::read_to_string(&path).unwrap().lines().map(str::to_owned).collect();
     let head = lines.iter().position(|line| !line.starts_with('#')).unwrap();
     for (row, line) in lines.iter_mut().enumerate().skip(head) {
-        *line += if row == head { ",humidity,volts" } else { ",40,3.3" };
+        // The last column is empty.
+        *line += if row == head { ",humidity,volts,spare" } else { ",40,3.3," };
     }
     // A row that is dropped takes its flags with it.
     lines.insert(head + 1_000, lines[head + 999].clone());
