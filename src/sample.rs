@@ -96,8 +96,8 @@ impl Sensor {
 pub enum Reading {
     /// No reading: the mean of an interval is that of its other readings.
     Missing,
-    /// A reading that is clipped; a rate or field that is stale or of a dead axis. The mean of an interval with it would
-    /// be biased, so such an interval has none.
+    /// A reading that is clipped; a rate or field that is stale or of a dead axis. The mean of an interval with it
+    /// would be biased, so such an interval has none.
     Unusable,
     /// Raw rate, or a vector sensor's calibrated reading.
     Usable(Vector3<f32>),

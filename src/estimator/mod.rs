@@ -280,7 +280,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Some(self.filter.rests.latest_us).filter(|us| *us > 0)
     }
 
-    /// Readings of the latest rest; zero before the first.
+    /// Readings of the latest rest, without force and field; zero before the first.
     pub(crate) fn still(&self) -> Snapshot {
         self.filter.rests.still()
     }

@@ -93,8 +93,9 @@ pub(super) struct Rests<T> {
     doubted_s: T,
     /// Mean raw rate of these two nodes, rad/s.
     pub rate: V3<T>,
-    /// Specific force, m/s^2, and temperature over the effects' reference temperature, K, of the latest rest.
-    pub force_m_s2: Vector3<f32>,
+    /// Mean square of specific force, m^2/s^4, and temperature over the effects' reference temperature, K, of the
+    /// latest rest.
+    pub square_force_m2_s4: f32,
     pub warming_k: f32,
     /// When the latest rest ended, microseconds; 0: there was none.
     pub latest_us: u64,
@@ -112,7 +113,7 @@ impl<T: Real> Rests<T> {
             first_s: T::ZERO,
             doubted_s: T::ZERO,
             rate: zero3(),
-            force_m_s2: Vector3::new(0.0, 0.0, 0.0),
+            square_force_m2_s4: 0.0,
             warming_k: 0.0,
             latest_us: 0,
             history: 0,
@@ -136,13 +137,14 @@ impl<T: Real> Rests<T> {
         (self.history & mask).count_ones()
     }
 
-    /// Readings of the latest rest.
+    /// Readings of the latest rest that are those of the next one, too, whichever way the probe then points: force and
+    /// field are zero, for what goes with them turns with the probe and is no bias.
     pub fn still(&self) -> Snapshot {
         Snapshot {
             rate_rad_s: Vector3::zeros(),
             acceleration_rad_s2: Vector3::zeros(),
-            force_m_s2: self.force_m_s2,
-            square_force_m2_s4: self.force_m_s2.norm_squared(),
+            force_m_s2: Vector3::zeros(),
+            square_force_m2_s4: self.square_force_m2_s4,
             field_ut: Vector3::zeros(),
             warming_k: self.warming_k,
         }

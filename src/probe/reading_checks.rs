@@ -134,9 +134,9 @@ impl ReadingChecks {
         }
     }
 
-    /// Returns the calibrated reading of a vector sensor. A clipped one is unusable, and so is a field that is stale or has
-    /// a dead axis. Such a force counts as missing, for an unusable one is a blow beyond the full scale; and so do three
-    /// exact zeros.
+    /// Returns the calibrated reading of a vector sensor. A clipped one is unusable, and so is a field that is stale or
+    /// has a dead axis. Such a force counts as missing, for an unusable one is a blow beyond the full scale. So do
+    /// three exact zeros.
     pub fn vector(&self, sensor: Sensor, model: &VectorModel, sample: &Sample) -> Reading {
         let raw = sample.vector(sensor);
         let is_dead = || self.staleness.of(sensor).has_dead_axis();

@@ -1,5 +1,5 @@
-//! Sample clock: its rounds, counted by its interrupt or after a stall, the time read from them, and the counters of the
-//! acquisition that the clock paces.
+//! Sample clock: its rounds, counted by its interrupt or after a stall, the time read from them, and the counters of
+//! the acquisition that the clock paces.
 //!
 //! A board's timer goes round once a sample period; its interrupt calls [`round`] and has the highest priority of all.
 
