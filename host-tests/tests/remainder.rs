@@ -145,7 +145,8 @@ fn a_gyro_that_turned_in_its_mount_goes_with_time_or_rate_at_most() {
     for (seed, reports) in all.iter().enumerate() {
         for report in reports {
             let [from_s, to_s] = [report.t_start_us, report.t_end_us].map(|us| us as f64 * 1e-6);
-            let is_of_turn = |name: &Correlate| matches!(name, Correlate::Time | Correlate::Rate | Correlate::RateSquared);
+            let is_of_turn =
+                |name: &Correlate| matches!(name, Correlate::Time | Correlate::Rate | Correlate::RateSquared);
             assert!(names(&report.remainder).iter().all(is_of_turn), "{seed}: {report:?}");
             // Which of two sensors has turned against the other cannot be told.
             let is_of_field =

@@ -66,8 +66,6 @@ pub(in crate::estimator) struct Choice {
     dispersion: f32,
     /// Evidence that a new claim about a vector sensor needs beyond the least, log units.
     against_unnamed: f32,
-    /// Candidates that were taken out by the weighing before.
-    stay: CandidateSet,
     /// True if an error of a vector sensor shows for which the library has no name.
     pub is_unnamed: bool,
     pub(super) entered: Entered,
@@ -89,7 +87,6 @@ impl Choice {
             rules: Rules { least: 0.0, with_nuisances: false },
             dispersion: 0.0,
             against_unnamed: 0.0,
-            stay: CandidateSet::EMPTY,
             is_unnamed: false,
             entered: Entered::zero(),
             entering: Columns::NONE,
@@ -101,9 +98,8 @@ impl Choice {
     }
 
     /// Begins a weighing.
-    pub(super) fn start(&mut self, rules: &Rules, Misfit { dispersion, is_unexplained }: Misfit, stay: CandidateSet) {
+    pub(super) fn start(&mut self, rules: &Rules, Misfit { dispersion, is_unexplained }: Misfit) {
         self.rules = *rules;
-        self.stay = stay;
         self.against_unnamed = if is_unexplained { AGAINST_UNNAMED * rules.least } else { 0.0 };
         self.dispersion = dispersion;
         self.is_unnamed = false;
@@ -277,7 +273,7 @@ impl Choice {
         let is_nuisance = candidates.columns_of(candidate).are_nuisances();
         if candidates.is_restored(candidate) && !is_nuisance {
             self.rules.least
-        } else if self.stay.has(candidate) || candidates.is_taken_out(candidate) {
+        } else if candidates.is_taken_out(candidate) {
             STAYS
         } else if is_nuisance {
             -self.against_unnamed

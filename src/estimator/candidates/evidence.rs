@@ -9,7 +9,7 @@
 use super::{
     Candidates,
     account::Account,
-    candidate_id::{CandidateId, CandidateSet},
+    candidate_id::CandidateId,
     choice::{Choice, Misfit, Next},
     claims::Units,
     column_id::ColumnId,
@@ -106,11 +106,7 @@ impl<T: Real> Evidence<T> {
             candidates.named().any(|candidate| is_known(candidate) && candidates.columns_of(candidate).has(column))
         };
         self.hidden.choose(unturned, is_claimed);
-        let mut stay = CandidateSet::EMPTY;
-        for claim in claims.iter().filter(|claim| claim.is_taken_out && claim.step == 0) {
-            stay.insert(CandidateId::new(usize::from(claim.effect)));
-        }
-        self.choice.start(rules, misfit, stay);
+        self.choice.start(rules, misfit);
     }
 
     /// Work units of the next piece.

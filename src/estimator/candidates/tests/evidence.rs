@@ -147,32 +147,6 @@ fn what_is_taken_out_is_as_uncertain_as_the_data_vary_but_no_more_than_its_prior
 }
 
 #[test]
-fn what_is_taken_out_stays_where_it_would_not_be_taken_out_anew() {
-    let rules = Rules { least: 5.0, with_nuisances: false };
-    let unexplained = || Misfit { dispersion: 1.0, is_unexplained: true };
-    let mut weak = 0;
-    for seed in 20..60 {
-        let of = |seed| Problem::new(seed, &[(HARD_IRON.from + 2, 0.6)], as_they_are);
-        let mut problem = of(seed);
-        problem.weigh(&rules);
-        // Enough to be taken out, and too little beside fields that contradict each other.
-        let iron = problem.evidence.account.claims.iter().find(|claim| usize::from(claim.effect) == OF_IRON);
-        let evidence = iron.map(|claim| claim.evidence);
-        if !evidence.is_some_and(|evidence| (6.0..14.0).contains(&evidence)) {
-            continue;
-        }
-        weak += 1;
-        problem.weigh_as(&rules, unexplained(), Unturned::NONE);
-        assert!(problem.claimed().contains(&OF_IRON), "{seed}: {evidence:?}");
-        let mut anew = of(seed);
-        anew.known.learn(&anew.rows);
-        anew.weigh_as(&rules, unexplained(), Unturned::NONE);
-        assert!(!anew.claimed().contains(&OF_IRON), "{seed}");
-    }
-    assert!(weak > 4, "{weak}");
-}
-
-#[test]
 fn without_any_effect_none_is_claimed() {
     let mut problems: Vec<_> = (100..140).map(|seed| Problem::new(seed, &[], as_they_are)).collect();
     problems.iter_mut().for_each(|problem| problem.weigh(&Rules { least: 5.0, with_nuisances: false }));
