@@ -237,8 +237,17 @@ impl Tilt {
         self.lean_m_s2 += (force.xy() - self.lean_m_s2) * (time_s / (LEAN_S + time_s));
         let leaning = if self.force_used { self.leaning(density, settings) } else { f.xy() };
         let per_gravity = if seen { 1.0 / gravity_m_s2 } else { 0.0 };
-        self.doubt_rad = Vector2::new(leaning.y, leaning.x) * per_gravity;
-        self.doubted_s = if leaning == Vector2::zeros() { 0.0 } else { self.doubted_s + time_s };
+        let doubt = Vector2::new(leaning.y, leaning.x) * per_gravity;
+        // A lean near its gate comes and goes with the shaking, and the error that it shows does not: a doubt that is no
+        // chance, because it has lasted, fades as slowly as the mean force forgets.
+        let lasts = settings.goes_round && self.doubted_s > CONTRADICTION_S;
+        self.doubt_rad *= if lasts { CONTRADICTION_S / (CONTRADICTION_S + time_s) } else { 0.0 };
+        if doubt.norm_squared() > self.doubt_rad.norm_squared() {
+            self.doubt_rad = doubt;
+        }
+        let constant = settings.config.accel_sigma_m_s2 * per_gravity;
+        let is_doubted = self.doubt_rad.norm_squared() > constant * constant;
+        self.doubted_s = if is_doubted { self.doubted_s + time_s } else { 0.0 };
         let contradicted = seen && overturned && !heading.agrees();
         self.contradiction_s = if contradicted { self.contradiction_s + time_s } else { 0.0 };
         if self.contradiction_s > CONTRADICTION_S {
