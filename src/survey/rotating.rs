@@ -3,8 +3,9 @@
 //! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by the angle
 //! of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, cancel
 //! even where the speed varies; gravity and field do not turn and stay. (Azimuth from a turning string is old: see US
-//! 5,012,412, Helm.) The gyro's remaining bias turns force and field alike and moves neither inclination nor azimuth;
-//! the magnetometer's delay against the accelerometer turns the azimuth.
+//! 5,012,412, Helm.) An error of the gyro, bias or scale, turns force and field alike from block to block: each whole turn
+//! is turned onto the first one, else the mean were shortened by sinc(n pi s), with n turns and a scale error s, and the
+//! inclination too low. The magnetometer's delay against the accelerometer turns the azimuth.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,
@@ -179,8 +180,14 @@ impl RotatingSurvey {
         let force = between(&last.force, &now.force);
         let field = between(&last.field, &now.field);
         let whole = now.angle_rad - over_rad;
-        self.force.add(&((self.force_angle + (last.force_back + force) * (0.5 * before_rad)) / whole));
-        self.field.add(&((self.field_angle + (last.field_back + field) * (0.5 * before_rad)) / whole));
+        let force_mean = (self.force_angle + (last.force_back + force) * (0.5 * before_rad)) / whole;
+        let field_mean = (self.field_angle + (last.field_back + field) * (0.5 * before_rad)) / whole;
+        // One of both says the turn, so that their scatter against each other stays: the field, which does not vibrate.
+        let onto_first = Turn::between(self.field.first(), &field_mean)
+            .or_else(|| Turn::between(self.force.first(), &force_mean))
+            .unwrap_or(Turn::NONE);
+        self.force.add(&onto_first.back(&force_mean));
+        self.field.add(&onto_first.back(&field_mean));
         self.begin_turn(now, over_rad);
         self.force_angle = (force + now.force_back) * (0.5 * over_rad);
         self.field_angle = (field + now.field_back) * (0.5 * over_rad);

@@ -18,6 +18,7 @@ struct Rig {
     mag_bias: [f64; 3],
     radius_m: f64,
     gyro_bias: f64,
+    gyro_scale: f64,
 }
 
 impl Rig {
@@ -31,6 +32,7 @@ impl Rig {
             mag_bias: [0.0; 3],
             radius_m: 0.0,
             gyro_bias: 0.0,
+            gyro_scale: 1.0,
         }
     }
 
@@ -56,7 +58,7 @@ impl Rig {
         SurveyInput {
             t_us: 1_000_000 + libm::round(t * 1e6) as u64,
             // Mean over the interval, as a gyro reads it.
-            rate_rad_s: Some([0.0, 0.0, ((angle - before) / STEP_S + self.gyro_bias) as f32]),
+            rate_rad_s: Some([0.0, 0.0, (self.gyro_scale * (angle - before) / STEP_S + self.gyro_bias) as f32]),
             force_m_s2: single(force, self.accel_bias, centripetal),
             field_ut: single(field, self.mag_bias, [0.0; 3]),
             ..SurveyInput::default()
@@ -118,6 +120,32 @@ fn a_gyro_bias_smears_little_and_turns_nothing() {
     let rig = Rig { gyro_bias: 0.005, ..Rig::still(2.0, 0.9, 12.0) };
     let (i, a) = errors_deg(&rig.first(&SurveyConfig::default(), |_, _| {}).unwrap().survey, &rig);
     assert!(i.abs() < 0.01 && a.abs() < 0.02, "{i} {a}");
+}
+
+/// Ten turns of a gyro that is off by 1 % end 36 deg beside where they began. The sensors' biases, which no longer cancel
+/// over whole turns, are left out.
+#[test]
+fn an_error_of_the_gyros_scale_does_not_bend_the_inclination() {
+    for (inclination_deg, scale, has_field) in
+        [(10.0_f64, 1.01, true), (10.0, 0.99, true), (10.0, 1.01, false), (40.0, 1.01, true), (90.0, 0.99, true)]
+    {
+        let rig = Rig { gyro_scale: scale, ..Rig::still(1.0, inclination_deg.to_radians(), 12.0) };
+        let without_field = |_, input: &mut SurveyInput| {
+            if !has_field {
+                input.field_ut = None;
+            }
+        };
+        let survey = rig.first(&SurveyConfig::default(), without_field).unwrap().survey;
+        let off_deg = f64::from(survey.inclination_rad.value).to_degrees() - inclination_deg;
+        assert!(off_deg.abs() < 0.02, "{inclination_deg} {scale} {has_field}: {off_deg}");
+        if has_field {
+            assert!(errors_deg(&survey, &rig).1.abs() < 0.05, "{:?}", errors_deg(&survey, &rig));
+        }
+    }
+    // With 10 % what is left is the turning within one turn, sinc(0.1 pi).
+    let rig = Rig { gyro_scale: 1.1, ..Rig::still(1.0, 4_f64.to_radians(), 12.0) };
+    let (off_deg, _) = errors_deg(&rig.first(&SurveyConfig::default(), |_, _| {}).unwrap().survey, &rig);
+    assert!(off_deg.abs() < 0.1, "{off_deg}");
 }
 
 #[test]
