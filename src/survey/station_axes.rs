@@ -8,8 +8,8 @@ pub(super) const LEAST_GRAVITY_M_S2: f32 = 4.9;
 pub(super) const LEAST_FIELD_UT: f32 = 10.0;
 /// Least horizontal share of the field: one within 0.6 deg of the vertical gives no azimuth.
 const LEAST_HORIZONTAL: f32 = 0.01;
-/// Least sine of the inclination, 0.06 deg: below it the azimuth is not defined.
-const LEAST_SINE: f32 = 1e-3;
+/// Least sine of the inclination, the rounding of a unit vector in single precision: below it the azimuth is not defined.
+const LEAST_SINE: f32 = 1e-6;
 
 /// Directions of the earth in tool axes, from one pair of vectors.
 #[derive(Clone, Copy, Debug)]
@@ -61,10 +61,17 @@ impl Axes {
         })
     }
 
+    /// Cosine and sine of the azimuth, and the sine of the inclination, not below [`LEAST_SINE`]; below that the azimuth
+    /// is taken as 0.
+    fn level(&self) -> [f32; 3] {
+        let sine = libm::hypotf(self.north.z, self.east.z);
+        if sine > LEAST_SINE { [self.north.z / sine, self.east.z / sine, sine] } else { [1.0, 0.0, LEAST_SINE] }
+    }
+
     /// Sine of the inclination, not below [`LEAST_SINE`].
     pub(super) fn sine(&self) -> f32 {
-        let sine = libm::hypotf(self.north.z, self.east.z);
-        if sine > LEAST_SINE { sine } else { LEAST_SINE }
+        let [.., sine] = self.level();
+        sine
     }
 
     /// Inclination, radians, 0 to pi.
@@ -80,15 +87,16 @@ impl Axes {
     /// Derivative of the azimuth. A change of force tilts the horizon: that moves north by the dip's tangent, and the
     /// tool axis over the horizon.
     pub(super) fn azimuth_gradient(&self) -> Gradient {
-        let (n, e, sine) = (self.north, self.east, self.sine());
+        let (n, e, [cos, sin, sine]) = (self.north, self.east, self.level());
         let tangent = self.vertical_ut / self.horizontal_ut;
-        let tilt = (e * n.z - n * e.z) * (self.down.z / (sine * sine));
+        let tilt = (e * cos - n * sin) * (self.down.z / sine);
         Gradient { force: (tilt - e * tangent) / self.gravity_m_s2, field: e / -self.horizontal_ut }
     }
 
     /// Derivative of the inclination.
     pub(super) fn inclination_gradient(&self) -> Gradient {
-        let force = (self.north * self.north.z + self.east * self.east.z) / (self.gravity_m_s2 * self.sine());
+        let [cos, sin, _] = self.level();
+        let force = (self.north * cos + self.east * sin) / self.gravity_m_s2;
         Gradient { force, field: Vector3::zeros() }
     }
 

@@ -112,3 +112,13 @@ fn the_sigma_of_a_corrected_azimuth_is_that_of_its_errors() {
         assert!((0.93..1.07).contains(&ratio) && count > 0.0, "{inclination_deg} {azimuth_deg}: {ratio}");
     }
 }
+
+/// 0.4 mg over the sine of 0.01 deg are more than a radian.
+#[test]
+fn near_the_vertical_the_azimuth_is_not_known() {
+    for inclination_deg in [0.0_f32, 1e-3, 0.01] {
+        let found =
+            AxialCorrection::of(&station([inclination_deg.to_radians(), 1.0, 0.5], 0.0), &SurveyErrors::default());
+        assert!(found.unwrap().measured_azimuth_rad.sigma > 1.0, "{inclination_deg} {found:?}");
+    }
+}

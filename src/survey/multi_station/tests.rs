@@ -202,3 +202,21 @@ fn what_cannot_be_used_is_handed_back_and_too_few_are_not_analysed() {
     let nothing = SurveyErrors { mag_bias_ut: 0.0, ..SurveyErrors::default() };
     assert!(all.analyse(&nothing, &settings).is_none());
 }
+
+/// At the vertical the azimuth is not known, and the inclination as badly as anywhere: neither sigma goes to nothing.
+#[test]
+fn at_the_vertical_the_sigmas_stay() {
+    let at = |inclination_deg: f32| {
+        let stations: [Station; 8] = core::array::from_fn(|k| {
+            station([inclination_deg.to_radians(), 0.3, 0.8 * k as f32], 30.0 * k as f32, exact)
+        });
+        let report = analysed(&stations);
+        stations.map(|station| report.corrected(&station).unwrap())
+    };
+    for corrected in at(0.01) {
+        assert!(corrected.magnetic_azimuth_rad.sigma > 1.0, "{corrected:?}");
+    }
+    for corrected in at(0.0) {
+        assert!(corrected.inclination_rad.sigma > 3e-4 && corrected.magnetic_azimuth_rad.sigma > 1.0, "{corrected:?}");
+    }
+}
