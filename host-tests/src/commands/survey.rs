@@ -9,7 +9,7 @@ use std::{
 use clap::Args;
 use meerkat_mwd::{
     config::SurveyConfig,
-    survey::{SurveyKind, SurveyReport},
+    survey::{Checked, Grade, SurveyKind, SurveyReport},
 };
 use nalgebra::Vector3;
 
@@ -21,9 +21,14 @@ use crate::{
     import::plausible::checked,
     layout::Layout,
     number::fixed,
-    report::html::{Sources, survey_run::page, write_page},
+    report::{
+        html::{Sources, survey_run::page, write_page},
+        surveys_csv::{grade, reason},
+    },
     surveys::{
+        cells::unmarked,
         depth_by_time::DepthByTime,
+        far_off::is_off,
         files,
         measured::Measured,
         reference::Reference,
@@ -99,9 +104,10 @@ pub fn run(args: &SurveyArgs) -> anyhow::Result<()> {
         settings.correction = correction;
     }
     check_outputs(args, &settings)?;
-    let stations = stations(args)?;
+    let (stations, doubts) = stations(args)?;
     let reference = Reference::of(&settings)?;
-    let run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
+    let mut run = surveyed(&stations, &settings, &reference).map_err(|error| named(&args.input, &error))?;
+    run.warnings.extend(doubts);
     print(&mut told(), Layout::of_told(), &run)?;
     type Text = fn(&SurveyedRun) -> String;
     let texts: [(&Option<PathBuf>, Text); 5] = [
@@ -163,8 +169,9 @@ fn named(path: &Path, error: &Failure) -> Failure {
     Failure::BadInput(format!("{}: {error}", path.display()))
 }
 
-/// Stations of the input, each with a depth.
-fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
+/// Stations of the input, each with a depth, and doubts about the stops that they are from, a sentence each.
+fn stations(args: &SurveyArgs) -> anyhow::Result<(Vec<ReadStation>, Vec<String>)> {
+    let mut doubts = Vec::new();
     // The standard input is read once: it holds stations.
     let mut stations = if !console::is_stdio(&args.input) && is_trace(&args.input)? {
         let mut trace = Trace::read(&args.input)?;
@@ -172,6 +179,7 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         checked(&mut trace, &mut config, false)?;
         let taken = surveys(started(&config, None, None)?, &trace)?;
         let stations: Vec<ReadStation> = taken.iter().filter_map(at_rest).collect();
+        doubts = doubts_about(&taken);
         if stations.is_empty() {
             return Err(no_stop(&args.input, &config.survey, &taken).into());
         }
@@ -216,7 +224,33 @@ fn stations(args: &SurveyArgs) -> anyhow::Result<Vec<ReadStation>> {
         deepest_m = md_m;
         station.md_m = Some(md_m);
     }
-    Ok(stations)
+    Ok((stations, doubts))
+}
+
+/// Doubts about the stops of a trace: each that its own check does not call good, and how many have no field.
+fn doubts_about(taken: &[SurveyReport]) -> Vec<String> {
+    let stops = || taken.iter().filter(|report| report.survey.kind == SurveyKind::Stationary);
+    let doubt = |report: &SurveyReport| {
+        let (checked, why) = (report.quality.reason, reason(report.quality.reason.checked));
+        let (factor, unit) = match checked.checked {
+            Checked::Gravity => (1.0, "m/s^2"),
+            Checked::Field => (1.0, "microtesla"),
+            _ => (1_f32.to_degrees(), "deg"),
+        };
+        let off = checked.difference.map_or_else(String::new, |difference| {
+            let [off, limit] = [difference, checked.limit].map(|x| x * factor);
+            format!(", {off:+.3} {unit} off the trace's own reference, {limit:.3} is allowed")
+        });
+        let (at_s, grade) = (middle_s(report), grade(report.quality.grade));
+        format!("the stop at {at_s:.1} s is {grade} by its {why}{off}")
+    };
+    let doubtful = |report: &&SurveyReport| report.averages.field_ut.is_some() && report.quality.grade != Grade::Good;
+    let mut doubts: Vec<String> = stops().filter(doubtful).map(doubt).collect();
+    let without = stops().filter(|report| report.averages.field_ut.is_none()).count();
+    if without > 0 {
+        doubts.push(format!("{without} stops without a usable field are left out"));
+    }
+    doubts
 }
 
 /// Why a trace has no station, and what would give it one.
@@ -242,7 +276,7 @@ fn is_trace(path: &Path) -> Result<bool, Failure> {
         return Ok(true);
     }
     let text = text_of(path)?;
-    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let header = unmarked(&text).lines().find(|line| !line.starts_with('#')).unwrap_or_default();
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
     Ok(["t_s", "gx", "ax"].iter().all(|name| columns.contains(name)))
 }
@@ -252,9 +286,15 @@ fn at_rest(report: &SurveyReport) -> Option<ReadStation> {
     let averages = report.averages;
     let field = averages.field_ut.filter(|_| report.survey.kind == SurveyKind::Stationary)?;
     let wide = |v: [f32; 3]| Vector3::from(v.map(f64::from));
-    let middle_us = (report.survey.t_start_us + report.survey.t_end_us) / 2;
     let measured = Measured::SixAxis { force_m_s2: wide(averages.force_m_s2), field_ut: wide(field) };
-    Some(ReadStation { t_s: Some(middle_us as f64 * 1e-6), md_m: None, measured, sag_deg: None })
+    let azimuth = report.survey.magnetic_azimuth_rad;
+    let sigma_rad = azimuth.map(|azimuth| [report.survey.inclination_rad.sigma, azimuth.sigma].map(f64::from));
+    Some(ReadStation { t_s: Some(middle_s(report)), md_m: None, measured, sag_deg: None, sigma_rad })
+}
+
+/// Middle of a survey's mean, seconds.
+fn middle_s(report: &SurveyReport) -> f64 {
+    (report.survey.t_start_us + report.survey.t_end_us) as f64 * 0.5e-6
 }
 
 /// Prints what was found and the path.
@@ -309,7 +349,11 @@ fn print(out: &mut impl Write, layout: Layout, run: &SurveyedRun) -> io::Result<
         let [n, e, tvd] = s.position_m;
         let [major, minor, azimuth] = s.ellipse;
         let sigma = s.sigma_azimuth_deg.map_or_else(|| "-".to_owned(), |sigma| format!("{sigma:.2}"));
-        let doubted = if s.doubted { "  contradicted by the others" } else { "" };
+        let doubted = match (s.doubted, s.off_reference.is_some_and(|off| is_off(&off))) {
+            (true, _) => "  contradicted by the others",
+            (false, true) => "  off the reference",
+            (false, false) => "",
+        };
         if layout == Layout::Lines {
             let [east, north_m] = [e, n].map(|x| fixed(x, 2));
             writeln!(

@@ -82,7 +82,7 @@ fn kind(kind: SurveyKind) -> &'static str {
     }
 }
 
-pub(super) fn grade(grade: Grade) -> &'static str {
+pub(crate) fn grade(grade: Grade) -> &'static str {
     match grade {
         Grade::Good => "good",
         Grade::Doubtful => "doubtful",
@@ -90,7 +90,7 @@ pub(super) fn grade(grade: Grade) -> &'static str {
     }
 }
 
-pub(super) fn reason(checked: Checked) -> &'static str {
+pub(crate) fn reason(checked: Checked) -> &'static str {
     match checked {
         Checked::Gravity => "gravity",
         Checked::Field => "field",

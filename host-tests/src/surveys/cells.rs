@@ -5,6 +5,11 @@ use csv::{Error, ErrorKind, Position, StringRecord};
 /// Values that logs write where there is none (Log ASCII Standard).
 const NULLS: [f64; 2] = [-999.25, -9_999.25];
 
+/// Text without the byte order mark that some programs begin a file with.
+pub fn unmarked(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
 /// Line of a row, from 1 on.
 pub(super) fn line(record: &StringRecord) -> u64 {
     record.position().map_or(0, Position::line)
@@ -41,7 +46,7 @@ pub(super) fn degrees_within(
 
 /// What is wrong with the cell of a row's column, with its place.
 fn told(header: &StringRecord, record: &StringRecord, column: usize, why: &str) -> String {
-    let name = header.get(column).unwrap_or_default().trim_start_matches('\u{feff}');
+    let name = header.get(column).unwrap_or_default();
     let cell = record.get(column).unwrap_or_default();
     format!("line {}: column {name}: {cell:?} {why}", line(record))
 }
@@ -73,8 +78,23 @@ fn delimiter(text: &str) -> u8 {
     [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
 }
 
-/// Value that a line `# key = value` states.
+/// Value that a line `# key = value` states; capitals do not count.
 pub(super) fn stated<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let mut lines = text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('='));
-    lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim())
+    lines.find(|(name, _)| name.trim().eq_ignore_ascii_case(key)).map(|(_, value)| value.trim())
+}
+
+/// Refuses two columns of one meaning among those that are `read`. `named` has the header's columns by their meaning.
+pub(super) fn each_once<'a>(
+    header: &StringRecord,
+    named: &[String],
+    read: impl IntoIterator<Item = &'a str>,
+) -> Result<(), String> {
+    for name in read {
+        let mut of_name = header.iter().zip(named).filter(|(_, named)| *named == name).map(|(written, _)| written);
+        if let (Some(first), Some(second)) = (of_name.next(), of_name.next()) {
+            return Err(format!("columns {first:?} and {second:?} are both {name}: leave out one of them"));
+        }
+    }
+    Ok(())
 }

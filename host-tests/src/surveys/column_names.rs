@@ -4,11 +4,18 @@
 
 /// Metres in a foot.
 pub const FOOT_M: f64 = 0.3048;
+/// Metres in a foot of the United States' old surveys (National Bureau of Standards, Federal Register 59-5442, 1959).
+const SURVEY_FOOT_M: f64 = 1_200.0 / 3_937.0;
+/// Columns of the depth, with their factors to metres.
+pub const DEPTHS: [(&str, f64); 3] = [("md_m", 1.0), ("md_ft", FOOT_M), ("md_usft", SURVEY_FOOT_M)];
 
 /// Units by the ways in which they are written, small letters.
-const UNITS: [(&str, &str); 17] = [
+const UNITS: [(&str, &str); 20] = [
     ("m", "m"),
     ("ft", "ft"),
+    ("feet", "ft"),
+    ("usft", "usft"),
+    ("ftus", "usft"),
     ("s", "s"),
     ("g", "g"),
     ("mg", "mg"),
@@ -64,13 +71,13 @@ fn unit(text: &str) -> Option<&'static str> {
     UNITS.iter().find(|(written, _)| *written == text).map(|(_, unit)| *unit)
 }
 
-/// Name of a column with its unit at the end, as the stations' reader knows it.
+/// Name of a column with its unit at the end, as the stations' reader knows it. The line of units is for columns without
+/// a bracket: one whose bracket holds no known unit has none.
 #[must_use]
 pub fn named(column: &str, units: Option<&Units>) -> String {
-    let column = column.trim().trim_start_matches('\u{feff}').to_lowercase();
-    let bracket = column.find(['(', '[']);
-    let (name, stated) = match bracket.and_then(|at| column.split_at_checked(at)) {
-        Some((name, rest)) => (name, unit(rest.trim_matches(['(', ')', '[', ']', ' ']))),
+    let column = column.trim().to_lowercase();
+    let (name, bracket) = match column.find(['(', '[']).and_then(|at| column.split_at_checked(at)) {
+        Some((name, rest)) => (name, Some(rest.trim_matches(['(', ')', '[', ']', ' ']))),
         None => (column.as_str(), None),
     };
     let joined = name.split_whitespace().collect::<Vec<_>>().join("_");
@@ -79,7 +86,7 @@ pub fn named(column: &str, units: Option<&Units>) -> String {
         let place = OF_LINE.iter().position(|names| names.contains(&quantity))?;
         units.and_then(|Units(units)| units.get(place)).copied()
     };
-    match stated.or_else(of_line) {
+    match bracket.map_or_else(of_line, unit) {
         Some(unit) => format!("{quantity}_{unit}"),
         None => quantity.to_owned(),
     }
@@ -98,7 +105,9 @@ mod tests {
             ("Gz [mG]", "gz_mg"),
             ("Bx (nT)", "bx_nt"),
             ("BY [µT]", "by_ut"),
-            ("\u{feff}Measured Depth (ft)", "md_ft"),
+            ("Measured Depth (ft)", "md_ft"),
+            ("MD (feet)", "md_ft"),
+            ("Depth [usft]", "md_usft"),
             ("Inc (°)", "inclination_deg"),
             ("Magnetic azimuth [deg]", "magnetic_azimuth_deg"),
             ("Az (m/s^2)", "az_m_s2"),
@@ -107,6 +116,8 @@ mod tests {
         }
         let units = Units::parse("ft m/s2 nT").unwrap();
         assert_eq!(["MD", "Gx", "bz", "Gx (g)"].map(|x| named(x, Some(&units))), ["md_ft", "gx_m_s2", "bz_nt", "gx_g"]);
+        // The line overrules no bracket.
+        assert_eq!(["Bx (Oe)", "MD (yd)", "MD (m)"].map(|x| named(x, Some(&units))), ["bx", "md", "md_m"]);
         // No unit, no name that is read.
         assert_eq!(["Gx", "Bx (Oe)", "azimuth (deg)"].map(|x| named(x, None)), ["gx", "bx", "azimuth_deg"]);
         for bad in ["m g", "m g nT deg", "m g Oe"] {

@@ -1,8 +1,8 @@
 //! Depths from a CSV file by time.
 
 use super::{
-    cells::{line, number, stated, table, unread},
-    column_names::{FOOT_M, Units, named},
+    cells::{each_once, line, number, stated, table, unmarked, unread},
+    column_names::{DEPTHS, Units, named},
 };
 use crate::failure::Failure;
 
@@ -21,15 +21,18 @@ impl DepthByTime {
     }
 
     fn rows(text: &str, offset_m: f64, clock_s: f64) -> Result<Self, String> {
+        let text = unmarked(text);
         let mut reader = table(text);
         let header = reader.headers().map_err(|error| unread(&error))?.clone();
         let units = stated(text, "units").map(Units::parse).transpose()?;
-        let find = |name: &str| header.iter().position(|column| named(column, units.as_ref()) == name);
-        let depth = find("md_m").map(|k| (k, 1.0)).or_else(|| find("md_ft").map(|k| (k, FOOT_M)));
+        let names: Vec<String> = header.iter().map(|column| named(column, units.as_ref())).collect();
+        each_once(&header, &names, DEPTHS.map(|(name, _)| name).into_iter().chain(["t_s"]))?;
+        let find = |name: &str| names.iter().position(|column| column == name);
+        let depth = DEPTHS.iter().find_map(|(name, factor)| Some((find(name)?, *factor)));
         let (Some(time), Some((depth, metres))) = (find("t_s"), depth) else {
             let has = header.iter().collect::<Vec<_>>().join(", ");
             return Err(format!(
-                "lacks a column t_s, or md_m or md_ft: the first line must name them, and says {has:?}"
+                "lacks a column t_s, or md_m, md_ft or md_usft: the first line must name them, and says {has:?}"
             ));
         };
         let mut points: Vec<[f64; 2]> = Vec::new();
@@ -66,16 +69,20 @@ impl DepthByTime {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::*;
+    use super::{super::column_names::FOOT_M, *};
 
     #[test]
     fn a_depth_file_of_another_program_is_read_and_its_faults_are_told_with_their_lines() {
         let depth = DepthByTime::read("Time (s);Depth (ft)\n0;1000\n100;1100\n", 0.0, 0.0).unwrap();
         assert!((depth.at(50.0).unwrap() - 1_050.0 * FOOT_M).abs() < 1e-9);
+        let marked = "\u{feff}# Units = ft g nT\nt_s,MD\n0,1000\n100,1100\n";
+        assert_eq!(DepthByTime::read(marked, 0.0, 0.0).unwrap(), depth);
         for (text, told) in [
             ("", "lacks a column t_s"),
             ("time,depth\n1,2\n", "says \"time, depth\""),
             ("t_s,md_m\n1,2\n1,3\n", "line 3: time does not increase"),
+            ("t_s,Depth (m),MD (m)\n0,1,2\n", "columns \"Depth (m)\" and \"MD (m)\" are both md_m"),
+            ("# units = m g nT\nt_s,MD (yd)\n0,1\n", "lacks a column t_s, or md_m"),
             ("t_s,md_m\n1,NaN\n", "line 2: column md_m: \"NaN\" is no number"),
         ] {
             let error = DepthByTime::read(text, 0.0, 0.0).unwrap_err().to_string();

@@ -1,12 +1,12 @@
 //! Surveys on a desk: stations from files, their corrections, paths, and the files that others read.
 
 mod analysis;
-mod cells;
+pub(crate) mod cells;
 mod chosen;
 mod column_names;
 pub mod depth_by_time;
 pub mod files;
-mod far_off;
+pub(crate) mod far_off;
 pub mod measured;
 pub mod path;
 mod placed;
@@ -16,7 +16,7 @@ pub mod run;
 mod run_code;
 pub mod sag;
 pub mod settings;
-mod settings_file;
+pub(crate) mod settings_file;
 pub mod simulated_run;
 mod station_columns;
 pub mod stations_csv;

@@ -203,10 +203,8 @@ fn place(settings: &RunSettings) -> Option<String> {
 
 /// Rows of a reference table, its name and its date.
 fn table(text: &str) -> Result<(Vec<[f64; 4]>, String, String), String> {
-    let key = |key: &str| {
-        let mut lines = text.lines().filter_map(|line| line.strip_prefix('#')?.split_once('='));
-        lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim().to_owned())
-    };
+    let text = cells::unmarked(text);
+    let key = |key: &str| cells::stated(text, key).map(str::to_owned);
     let name = key("name").ok_or("lacks a line # name = ..")?;
     let date = key("date").ok_or("lacks a line # date = YYYY-MM-DD")?;
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());

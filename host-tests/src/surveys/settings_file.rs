@@ -12,7 +12,7 @@ use crate::{
 
 /// Total field, nanotesla: it is within 22,000 and 67,000 at the surface (World Magnetic Model 2025), and rock and
 /// depth change it by less than what is left to these bounds.
-pub(super) const FIELDS_NT: [f64; 2] = [15_000.0, 80_000.0];
+pub(crate) const FIELDS_NT: [f64; 2] = [15_000.0, 80_000.0];
 /// Gravity, m/s^2: 9.78 to 9.83 at the surface, and 0.01 more at 12 km of depth.
 const GRAVITIES_M_S2: [f64; 2] = [9.7, 9.9];
 /// Furthest central meridian of a place, degrees: maps of a whole country, as Norway's in zone 33, reach 16.
@@ -93,7 +93,7 @@ fn grid(run: &RunSettings) -> Result<(), String> {
             for parallel in [first, second] {
                 within("grid.lambert.parallels_deg", Some(parallel), [-89.0, 89.0])?;
             }
-            return within("grid.lambert.central_meridian_deg", Some(central_meridian_deg), [-360.0, 360.0]);
+            ("grid.lambert.central_meridian_deg", central_meridian_deg)
         }
     };
     within(name, Some(meridian), [-360.0, 360.0])?;
@@ -103,7 +103,7 @@ fn grid(run: &RunSettings) -> Result<(), String> {
         let zone = (libm::floor((longitude + 180.0) / 6.0) as i32).rem_euclid(60) + 1;
         return Err(format!(
             "{name}: its central meridian, {meridian} deg, is {off:.1} deg from longitude_deg; Universal Transverse Mercator has \
-             zone {zone} there"
+             zone {zone} there, and where a map does reach so far grid.convergence_deg states its convergence"
         ));
     }
     Ok(())
@@ -133,6 +133,8 @@ mod tests {
     const PLACE: &str = "latitude_deg = 57.8\nlongitude_deg = 362.1\ndate = \"2026-06-01\"\n";
     const FIXED: &str = "[reference]\nmodel = \"fixed\"\nname = \"IFR\"\ndate = \"2026-06-01\"\nfield_nt = 50800\n\
                          dip_deg = 71.3\ndeclination_deg = 1.5\n";
+    /// A Lambert map whose central meridian is 1.9 deg from the place.
+    const NEAR: &str = "grid = { lambert = { central_meridian_deg = 4.0, parallels_deg = [49.0, 77.0] } }";
     const BEAM: &str =
         "[sag]\nmodel = \"beam\"\nspan_m = 18.0\nfrom_lower_support_m = 14.0\nouter_m = 0.17\ninner_m = 0.08\n";
 
@@ -140,13 +142,19 @@ mod tests {
     fn a_number_that_cannot_be_is_named_with_its_bounds() {
         let text = |grid: &str| format!("{PLACE}{grid}\n{FIXED}{BEAM}");
         // Zone 33 is used for maps of all of Norway.
-        for grid in ["", "grid = { utm_zone = 31 }", "grid = { utm_zone = 33 }", "grid = { convergence_deg = -0.8 }"] {
+        for grid in
+            ["", "grid = { utm_zone = 31 }", "grid = { utm_zone = 33 }", "grid = { convergence_deg = -0.8 }", NEAR]
+        {
             RunSettings::parse(&text(grid)).unwrap();
         }
         for (grid, told) in [
             ("grid = { utm_zone = 91 }", "grid.utm_zone = 91: must be from 1 to 60"),
             ("grid = { utm_zone = 1 }", "has zone 31 there"),
             ("grid = { central_meridian_deg = 93.0 }", "90.9 deg from longitude_deg"),
+            (
+                "grid = { lambert = { central_meridian_deg = 100.0, parallels_deg = [49.0, 77.0] } }",
+                "grid.lambert.central_meridian_deg: its central meridian, 100 deg, is 97.9 deg from longitude_deg",
+            ),
             ("grid = { convergence_deg = nan }", "grid.convergence_deg = NaN"),
             ("start_m = [0.0, inf, 0.0]", "start_m = inf"),
         ] {

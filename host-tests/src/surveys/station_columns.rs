@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{
-    cells::stated,
-    column_names::{FOOT_M, Units, named},
+    cells::{each_once, stated},
+    column_names::{DEPTHS, Units, named},
     measured::STANDARD_GRAVITY_M_S2,
 };
 
@@ -16,6 +16,8 @@ const FORCES: [([&str; 3], f64); 4] = [
     (["gx_mg", "gy_mg", "gz_mg"], -1e-3 * STANDARD_GRAVITY_M_S2),
 ];
 const FIELDS: [([&str; 3], f64); 2] = [(["bx_ut", "by_ut", "bz_ut"], 1.0), (["bx_nt", "by_nt", "bz_nt"], 1e-3)];
+/// Columns of one number that are neither an axis nor the depth.
+const OTHERS: [&str; 4] = ["t_s", "inclination_deg", "magnetic_azimuth_deg", "sag_deg"];
 
 /// The columns that are used, by their places in a row.
 pub(super) struct Columns {
@@ -43,7 +45,7 @@ impl Axes {
         let mut axes = [0; 3];
         let mut words = text.split_whitespace();
         for axis in &mut axes {
-            *axis = match words.next().ok_or_else(bad)? {
+            *axis = match words.next().ok_or_else(bad)?.to_lowercase().as_str() {
                 "x" => 1,
                 "y" => 2,
                 "z" => 3,
@@ -77,7 +79,10 @@ impl Axes {
 /// Description of what is lacking, or has no unit.
 pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns, String> {
     let units = stated(text, "units").map(Units::parse).transpose()?;
-    let header: Vec<String> = header.iter().map(|column| named(column, units.as_ref())).collect();
+    let written = header;
+    let header: Vec<String> = written.iter().map(|column| named(column, units.as_ref())).collect();
+    let axes_of = FORCES.iter().chain(&FIELDS).flat_map(|(names, _)| *names);
+    each_once(written, &header, axes_of.chain(DEPTHS.map(|(name, _)| name)).chain(OTHERS))?;
     let find = |name: &str| header.iter().position(|column| column == name);
     let three = |names: [&str; 3]| {
         let [x, y, z] = names.map(find);
@@ -85,7 +90,7 @@ pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns,
     };
     let force = FORCES.iter().find_map(|(names, factor)| Some((three(*names)?, *factor)));
     let field = FIELDS.iter().find_map(|(names, factor)| Some((three(*names)?, *factor)));
-    let depth = find("md_m").map(|k| (k, 1.0)).or_else(|| find("md_ft").map(|k| (k, FOOT_M)));
+    let depth = DEPTHS.iter().find_map(|(name, factor)| Some((find(name)?, *factor)));
     let angles = find("inclination_deg").zip(find("magnetic_azimuth_deg")).map(|(i, a)| [i, a]);
     let axes = stated(text, "axes").map_or(Ok(Axes([1, 2, 3])), Axes::parse)?;
     let columns = Columns {
@@ -96,17 +101,26 @@ pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns,
         sag: find("sag_deg"),
         axes,
     };
-    let bare = ["md", "gx", "ax", "bx"].into_iter().filter(|name| find(name).is_some()).collect::<Vec<_>>().join(", ");
+    let is_bare = |name: &String| ["md", "gx", "ax", "bx"].contains(&name.as_str());
+    let bare = header.iter().filter(|name| is_bare(name)).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let bracketed =
+        || written.iter().zip(&header).find(|(written, name)| is_bare(name) && written.contains(['(', '[']));
     let [placed, measured] =
         [columns.time.is_some() || columns.depth.is_some(), columns.six.is_some() || columns.angles.is_some()];
     let usable = placed && measured;
+    if let (false, Some((written, _))) = (usable, bracketed()) {
+        return Err(format!(
+            "column {written:?} has a unit that is not known here: m, ft or usft of depth, g, mg or m/s2 of gravity, nT or uT \
+             of the field"
+        ));
+    }
     if !usable && !bare.is_empty() {
         return Err(format!(
             "{bare} without a unit: a line \"# units = m g nT\" before the header gives those of depth, gravity and field"
         ));
     }
     if !placed {
-        return Err("lacks a column md_m, md_ft or t_s".to_owned());
+        return Err("lacks a column md_m, md_ft, md_usft or t_s".to_owned());
     }
     if !measured {
         if let Some(part) = in_part(&header) {

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::{
-    cells::{degrees_within, line, number, table, unread},
+    cells::{degrees_within, line, number, table, unmarked, unread},
     measured::Measured,
     station_columns::{Columns, columns},
 };
@@ -27,6 +27,8 @@ pub struct ReadStation {
     pub measured: Measured,
     /// Sag to add to the inclination, degrees, if the file has it.
     pub sag_deg: Option<f64>,
+    /// Standard deviations of inclination and azimuth, radians, that a survey of the tool states of itself.
+    pub sigma_rad: Option<[f64; 2]>,
 }
 
 /// Reads the text of a file.
@@ -38,6 +40,7 @@ pub fn read(text: &str) -> Result<Vec<ReadStation>, Failure> {
 }
 
 fn rows(text: &str) -> Result<Vec<ReadStation>, String> {
+    let text = unmarked(text);
     let mut reader = table(text);
     let header = reader.headers().map_err(|error| unread(&error))?.clone();
     if header.iter().all(str::is_empty) {
@@ -78,7 +81,7 @@ fn row(columns: &Columns, header: &csv::StringRecord, record: &csv::StringRecord
     let t_s = columns.time.map(number).transpose()?;
     let md_m = columns.depth.map(|(column, factor)| number(column).map(|md| md * factor)).transpose()?;
     let sag_deg = columns.sag.map(number).transpose()?;
-    Ok(ReadStation { t_s, md_m, measured, sag_deg })
+    Ok(ReadStation { t_s, md_m, measured, sag_deg, sigma_rad: None })
 }
 
 #[cfg(test)]
@@ -108,6 +111,15 @@ mod tests {
         };
         assert!((a - c).norm() < 1e-12 && (b - d).norm() < 1e-12, "{a} {c} {b} {d}");
         assert!((theirs[0].md_m.unwrap() - 100.0).abs() < 1e-9);
+    }
+
+    /// Spreadsheets write a byte order mark, and capitals where they like.
+    #[test]
+    fn axes_and_units_hold_behind_a_byte_order_mark_and_in_capitals() {
+        let rest = "\nMD,Gx,Gy,Gz,Bx,By,Bz\n100,0.1,0.2,0.97,10000,20000,40000\n";
+        let plain = read(&format!("# axes = y z x\n# units = ft g nT{rest}")).unwrap();
+        assert_eq!(read(&format!("\u{feff}# Axes = Y Z X\n#UNITS = ft g nT{rest}")).unwrap(), plain);
+        assert_eq!(read(&format!("\u{feff}# units = ft g nT\n# axes = y z x{rest}")).unwrap(), plain);
     }
 
     #[test]
@@ -177,6 +189,18 @@ mod tests {
             ("md_m,inclination_deg,magnetic_azimuth_deg\n", "no stations"),
             ("# axes = y x z\nmd_m,inclination_deg,magnetic_azimuth_deg\n1,2,3\n", "right-handed"),
             ("MD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "md, gx, bx without a unit: a line \"# units = m g nT\""),
+            (
+                "Depth (m),MD (m),inclination_deg,magnetic_azimuth_deg\n1,2,3,4\n",
+                "columns \"Depth (m)\" and \"MD (m)\" are both md_m",
+            ),
+            (
+                "# units = m g nT\nMD,Gx,Gy,Gz,Bx (Oe),By,Bz\n1,0,0,1,2,3,4\n",
+                "column \"Bx (Oe)\" has a unit that is not known",
+            ),
+            (
+                "# units = m g nT\nMD (yd),Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n",
+                "column \"MD (yd)\" has a unit that is not known",
+            ),
             ("# units = m g\nMD,Gx,Gy,Gz,Bx,By,Bz\n1,0,0,1,2,3,4\n", "must be those of depth, gravity and field"),
         ] {
             let error = read(text).unwrap_err().to_string();

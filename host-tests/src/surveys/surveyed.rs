@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 
 use super::{
     analysis::{Analysis, analysed},
-    chosen::{AXIAL, chosen},
-    far_off::far_off,
+    chosen::{AXIAL, chosen, inclination_sigma},
+    far_off::{far_off, off_at},
     measured::Measured,
     path::{Direction, minimum_curvature},
     placed::{Placed, Shot, placed},
@@ -18,7 +18,7 @@ use super::{
     reference::{Provenance, Reference, ReferenceAt},
     run::{SurveyedRun, SurveyedStation},
     run_code::{terms, tool_code},
-    settings::RunSettings,
+    settings::{Correction, RunSettings},
     stations_csv::ReadStation,
     term_weights::ModelStation,
 };
@@ -48,6 +48,12 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     {
         warnings.push(format!("no start_m: the hole above {:.1} m is taken as vertical", first.md_m));
     }
+    if let Some(first) = pending.first().filter(|first| first.md_m > 0.0) {
+        warnings.push(format!(
+            "uncertainties of positions count from the first station, at {:.1} m: what the hole above it adds is not in them",
+            first.md_m
+        ));
+    }
     let six_axis: Vec<Option<Station>> = pending.iter().map(|pending| pending.station).collect();
     let (report, places) = analysed(&six_axis, settings, &mut warnings);
     let convergence_deg = reference.convergence_deg()?;
@@ -63,8 +69,13 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     let multi_station = report.as_ref().is_some_and(|report| report.azimuth == Decision::Corrected);
     let (code, without) = tool_code(settings, sag.is_some(), multi_station);
     warnings.extend(without);
-    let off: Vec<[f64; 3]> = stations.iter().filter_map(|station| station.off_reference).collect();
-    warnings.extend(far_off(&off));
+    let off: Vec<(f64, [f64; 3])> =
+        stations.iter().filter_map(|station| Some((station.md_m, station.off_reference?))).collect();
+    warnings.extend(far_off(&off.iter().map(|(_, off)| *off).collect::<Vec<_>>()));
+    warnings.extend(off_at(&off));
+    if settings.correction == Correction::Axial {
+        warnings.extend(without_axial(&stations));
+    }
     for station in &mut stations {
         station.tool_code = code.name(station.corrected == AXIAL);
     }
@@ -91,6 +102,20 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         warnings,
         stations,
     })
+}
+
+/// How many stations have no short-collar correction although it was asked for, and why.
+fn without_axial(stations: &[SurveyedStation]) -> Vec<String> {
+    let without = |with_readings: bool| {
+        let is_one = |s: &&SurveyedStation| s.axial_no_go.is_none() && s.readings.is_some() == with_readings;
+        stations.iter().filter(is_one).count()
+    };
+    let why = [
+        (without(true), "no field along the axis within 20 microtesla of the measured one agrees with the reference"),
+        (without(false), "they have no gravity and field"),
+    ];
+    let told = |(count, why)| format!("no short-collar correction at {count} stations: {why}");
+    why.into_iter().filter(|(count, _)| *count > 0).map(told).collect()
 }
 
 /// Source of the sag, in words; `None` where none is to be added.
@@ -157,7 +182,15 @@ fn directed(
     let measured = pending.read.measured.angles().unwrap_or_default();
     let corrected = pending.station.and_then(|station| report?.corrected(&station));
     let axial = pending.station.and_then(|station| AxialCorrection::of(&station, &settings.errors));
+    let readings = match pending.read.measured {
+        Measured::SixAxis { force_m_s2, field_ut } => Some((force_m_s2, field_ut)),
+        Measured::Angles { .. } => None,
+    };
     let (inclination, azimuth, how) = chosen(settings, measured, corrected, axial, report);
+    let own = |k: usize| pending.read.sigma_rad.map(|sigma| sigma[k]);
+    let inclination =
+        inclination.with_own(own(0), readings.map(|(force, _)| inclination_sigma(&force, &settings.errors)));
+    let azimuth = azimuth.with_own(own(1), axial.map(|axial| axial.measured_azimuth_rad.sigma.into()));
     let modelled = || settings.sag.map(|sag| sag.correction_rad(inclination.value).to_degrees());
     let sag_deg = pending.read.sag_deg.or_else(modelled).unwrap_or(0.0);
     let declination = libm::hypot(
@@ -166,10 +199,6 @@ fn directed(
             / (reference.field_ut * libm::cos(reference.dip_deg.to_radians())),
     );
     let azimuth_deg = azimuth.value.to_degrees() + reference.declination_deg - convergence_deg.unwrap_or(0.0);
-    let readings = match pending.read.measured {
-        Measured::SixAxis { force_m_s2, field_ut } => Some((force_m_s2, field_ut)),
-        Measured::Angles { .. } => None,
-    };
     SurveyedStation {
         md_m: pending.md_m,
         reference,

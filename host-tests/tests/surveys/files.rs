@@ -78,6 +78,8 @@ fn every_file_has_every_station_and_text_cannot_break_it() {
     let plain = files::csv::plain(&run);
     assert_eq!((plain.lines().next(), plain.lines().count()), (Some("md,inc,azi"), 41));
     let full = files::csv::full(&run);
+    assert!(full.contains("\n# covariances count from = the first station, at 1000.00 m\n"), "{full}");
+    assert!(run.warnings.iter().any(|warning| warning.contains("count from the first station, at 1000.0 m")));
     let rows: Vec<&str> = full.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(rows.len(), 41);
     let columns = rows[0].split(',').count();

@@ -81,6 +81,37 @@ fn an_analysis_that_is_asked_for_and_not_made_is_told() {
 }
 
 #[test]
+fn a_short_collar_correction_that_is_asked_for_and_not_made_is_told() {
+    let axial = format!("{RUN}correction = \"axial\"\n");
+    let (done, text) = said(&axial, &csv(HEADER, &ROWS));
+    assert!(done && !text.contains("no short-collar correction"), "{text}");
+    let angles = csv("md_m,inclination_deg,magnetic_azimuth_deg", &["600,2,40", "629,4,40"]);
+    let (done, text) = said(&axial, &angles);
+    assert!(
+        done && text.contains("no short-collar correction at 2 stations: they have no gravity and field"),
+        "{text}"
+    );
+    // Twice the field across the axis: none along it agrees with the reference.
+    let strong = ["600,-0.015061,0.030999,1.000791,-4401.5,-14399.7,49028.2", "629,-0.5,0.5,0.70,45000,45000,49426.8"];
+    let (done, text) = said(&axial, &csv(HEADER, &strong));
+    assert!(done && text.contains("no short-collar correction at 1 stations: no field along the axis"), "{text}");
+}
+
+#[test]
+fn a_station_that_is_off_the_reference_is_told_by_its_depth() {
+    let place = "[reference]\nmodel = \"fixed\"\nname = \"survey\"\ndate = \"2026-08-08\"\nfield_nt = 51275\ndip_deg = 71.44\n\
+                 declination_deg = 1.5\ngravity_m_s2 = 9.8208\n";
+    let run = format!("{RUN}{place}");
+    let near_steel = ROWS[1].replace("11600.3", "12600.3");
+    let (done, text) = said(&run, &csv(HEADER, &[ROWS[0], &near_steel]));
+    let told = "warning: 1 of 2 stations read gravity, field or dip off the reference";
+    assert!(done && text.contains(told) && text.contains("at 629.0 m"), "{text}");
+    assert_eq!(text.matches("  off the reference").count(), 1, "{text}");
+    let (done, text) = said(&run, &csv(HEADER, &ROWS));
+    assert!(done && !text.contains("stations read gravity"), "{text}");
+}
+
+#[test]
 fn a_file_of_depths_that_no_station_needs_is_refused() {
     let (done, text) = said_with(RUN, &csv(HEADER, &ROWS), &["--depth", "depths.csv"]);
     assert!(!done && text.contains("depths.csv: every station has a depth of its own: leave out --depth"), "{text}");

@@ -6,7 +6,11 @@ use std::{
     process::{Command, Output},
 };
 
-use mwd::simulate::{Scenario, simulate};
+use meerkat_mwd::SampleFlags;
+use mwd::{
+    simulate::{Scenario, simulate},
+    trace::Trace,
+};
 use tempfile::TempDir;
 
 const RUN: &str = "latitude_deg = 60.0\nlongitude_deg = 2.0\ndate = \"2026-06-01\"\n[reference]\nmodel = \"fixed\"\n\
@@ -74,6 +78,38 @@ fn stops_of_a_trace_get_the_tools_depth_by_the_tools_clock_and_the_holes_directi
             assert!((with[0] - without[0] - shift_m).abs() < 2e-3, "{more:?} {with:?} {without:?}");
         }
     }
+}
+
+/// A stop's own check and sigma go with its station, and a stop without a field is missed by nobody unsaid.
+#[test]
+fn what_a_stop_doubts_of_itself_is_told_and_stays_in_its_sigma() {
+    let folder = TempDir::new().unwrap();
+    let [path, run, depth] = files(&folder, 25.0, Some(65.0), -50.0);
+    let depth = depth.display().to_string();
+    let json = folder.path().join("run.json");
+    let out = json.display().to_string();
+    let surveyed = |path: &Path| {
+        let output = survey([path, &run], &["--depth", depth.as_str(), "--json", out.as_str()]);
+        assert!(output.status.success(), "{output:?}");
+        let value: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+        (String::from_utf8(output.stdout).unwrap(), value)
+    };
+    let (told, value) = surveyed(&path);
+    assert!(!told.contains("the stop at") && !told.contains("left out"), "{told}");
+    for station in value["stations"].as_array().unwrap() {
+        // Two stations are not analysed, and the survey knows its deviation all the same: 0.4 mg are 0.02 deg.
+        let sigma = station["sigma_inclination_deg"].as_f64().unwrap();
+        assert!((0.01..0.2).contains(&sigma), "{station}");
+    }
+    let mut trace = Trace::read(&path).unwrap();
+    trace.keys.magnetic_field_ut = Some(47.0);
+    let last = trace.samples.iter_mut().filter(|sample| sample.t_us > 60_000_000);
+    last.for_each(|sample| (sample.mag_ut, sample.flags) = ([0.0; 3], sample.flags | SampleFlags::MAG_MISSING));
+    trace.write(&path).unwrap();
+    let (told, value) = surveyed(&path);
+    assert_eq!(value["stations"].as_array().unwrap().len(), 1);
+    assert!(told.contains("s is bad by its field, +") && told.contains("microtesla off the trace's own"), "{told}");
+    assert!(told.contains("warning: 1 stops without a usable field are left out"), "{told}");
 }
 
 #[test]

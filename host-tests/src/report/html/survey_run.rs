@@ -1,9 +1,8 @@
 //! A run of surveys as a page: path, uncertainty, quality.
 
-use meerkat_mwd::config::SurveyLimits;
-
 use super::{Chart, Page, Series, Sources, escape::escape, fixed, path_in_space, table};
 use crate::surveys::{
+    far_off::limits,
     run::{SurveyedRun, SurveyedStation},
     settings::Correction,
 };
@@ -143,12 +142,6 @@ fn charts(page: &mut Page, run: &SurveyedRun) {
         let chart = Chart::new(name, unit, about, vec![series("measured less reference", "z", figure)]);
         page.chart(chart.with_levels(levels));
     }
-}
-
-/// Limits of |G| m/s^2, |B| microtesla and dip degrees, as the probe has them for its surveys.
-fn limits() -> [f64; 3] {
-    let SurveyLimits { gravity_m_s2, field_ut, dip_rad, .. } = SurveyLimits::default();
-    [gravity_m_s2, field_ut, dip_rad.to_degrees()].map(f64::from)
 }
 
 /// Quality of a station in words: which of the differences, measured less reference, are beyond their limits.

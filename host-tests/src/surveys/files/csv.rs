@@ -74,6 +74,9 @@ pub fn full(run: &SurveyedRun) -> String {
         provenance.place,
         run.sag_told()
     );
+    if let Some(first) = run.stations.first().filter(|first| first.md_m > 0.0) {
+        text += &format!("# covariances count from = the first station, at {:.2} m\n", first.md_m);
+    }
     let mut table = WriterBuilder::new().from_writer(Vec::new());
     // Writing to memory does not fail.
     let _ = table.write_record(COLUMNS.map(|(name, _)| name));
