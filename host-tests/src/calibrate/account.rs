@@ -49,8 +49,16 @@ pub fn print_account(out: &mut impl Write, layout: Layout, calibration: &Calibra
         Some(mag) => {
             let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0, noise_known: false };
             print_sensor(out, layout, mag, &unit, "readings")?;
+            if let Some(check) = &calibration.mag_later {
+                print_check(out, check, "readings of the part held out", &unit)?;
+            }
             let how = if mag.norm_known { "given" } else { "fitted: the mean scale stays" };
-            writeln!(out, "  field {:.2} uT, {how}", mag.norm)?;
+            match mag.norms() {
+                [least, most] if least < most => {
+                    writeln!(out, "  fields {least:.2} to {most:.2} uT, {how}: each trace has that of its place")?;
+                }
+                _ => writeln!(out, "  field {:.2} uT, {how}", mag.norm)?,
+            }
         }
         None => writeln!(out, "  old values stay: {}", calibration.no_mag())?,
     }

@@ -3,7 +3,7 @@
 use crate::score::root_mean_square;
 
 use super::{
-    model::{Model, PARAMETERS},
+    model::Model,
     norm_fit::{Fit, Observation, Problem},
 };
 
@@ -30,9 +30,12 @@ const STRETCHES: usize = 10;
 
 /// Leaves out one part at a time, fits to the rest and checks on that part. Rests are left out one by one:
 /// they have nothing in common, and half of two dozen would hardly exceed the number of parameters. Readings
-/// that the whole fit excludes do not count.
+/// that the whole fit excludes do not count. `None` if a part is needed to determine as much as the whole does.
 #[must_use]
 pub fn held_out(problem: &Problem, fit: &Fit) -> Option<HeldOut> {
+    if fit.rank == 0 {
+        return None;
+    }
     let used: Vec<usize> = (0..fit.used.len()).filter(|&at| fit.used[at]).collect();
     let (parts, how) = if problem.correlated {
         (STRETCHES.min(used.len()), "fitted to the other stretches")
@@ -41,7 +44,7 @@ pub fn held_out(problem: &Problem, fit: &Fit) -> Option<HeldOut> {
     };
     let errors = (0..parts).map(|part| {
         let [from, to] = [part, part + 1].map(|part| part * used.len() / parts);
-        fitted_without(problem, &used[from..to], &[&used[..from], &used[to..]].concat())
+        fitted_without(problem, fit.rank, &used[from..to], &[&used[..from], &used[to..]].concat())
     });
     let errors = errors.collect::<Option<Vec<_>>>()?.concat();
     Some(HeldOut {
@@ -54,12 +57,12 @@ pub fn held_out(problem: &Problem, fit: &Fit) -> Option<HeldOut> {
     })
 }
 
-/// Errors of the norm at the readings `out`, with parameters fitted to `others`; `None` if those do not
-/// determine all parameters.
-fn fitted_without(problem: &Problem, out: &[usize], others: &[usize]) -> Option<Vec<f64>> {
+/// Errors of the norm at the readings `out`, with parameters fitted to `others`; `None` if those determine fewer than
+/// `rank` directions of the parameters.
+fn fitted_without(problem: &Problem, rank: usize, out: &[usize], others: &[usize]) -> Option<Vec<f64>> {
     let kept: Vec<Observation> = others.iter().map(|&at| problem.observations[at]).collect();
     let fit = Problem { observations: &kept, ..*problem }.solve();
-    let enough = fit.rank == PARAMETERS && fit.freedom >= 1.0;
+    let enough = fit.rank >= rank && fit.freedom >= 1.0;
     enough.then(|| out.iter().map(|&at| norm_error(&fit.model, &problem.observations[at])).collect())
 }
 

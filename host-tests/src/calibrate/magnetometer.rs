@@ -12,8 +12,9 @@ use super::{
     model::{Covariance, Model, Parameters},
     norm_fit::{Observation, Problem},
     sensor::SensorCalibration,
-    verdict::{Bounds, Standard},
+    verdict::{Bounds, Standard, Verdict},
 };
+use crate::surveys::settings_file::FIELDS_NT;
 
 /// Distance, as a share of the field, within which readings make one observation (2 deg). The chord of their
 /// arc is then too short by at most 5e-5 of the field.
@@ -53,22 +54,60 @@ pub fn prior() -> Parameters {
     Parameters::from_fn(|k, _| if k < 6 { soft } else { hard_ut })
 }
 
-/// Fits nine parameters to the readings of turns. Without a known field strength the strength is fitted, and
-/// the mean of the three scales stays. `None` without readings.
+/// A reading of a turn, and the field of its place where that is stated, microtesla.
+pub type Turned = (Vector3<f64>, Option<f64>);
+
+/// Fits nine parameters to the readings of turns, each with the field of its place. Where some state none, one field is
+/// taken for all of them, its strength is fitted, and the mean of the three scales stays. `None` without readings.
 #[must_use]
-pub fn calibrate(turns: &[Vector3<f64>], record: VectorModel, field_ut: Option<f64>) -> Option<SensorCalibration> {
-    if turns.is_empty() {
-        return None;
-    }
+pub fn calibrate(turns: &[Turned], record: VectorModel) -> Option<SensorCalibration> {
     let old = Model::from(record);
-    let norm = field_ut.or_else(|| sphere_radius(turns, &old))?;
-    // Equal weights: the place's field disturbs, not the sensor's noise. Its sigma is at least a thousandth
-    // of the field, about the change of the earth's field in a day.
-    let observations: Vec<Observation> =
-        turns.iter().map(|&raw| Observation { raw, norm, sigma: 1e-3 * norm }).collect();
+    let fields = stated(turns);
+    let (known, differ) = (fields.len() == turns.len(), fields_differ(turns));
+    let norm = match fields.first() {
+        Some(first) if known && !differ => *first,
+        Some(_) if known => fields.iter().sum::<f64>() / fields.len() as f64,
+        _ => sphere_radius(turns, &old)?,
+    };
+    let observations: Vec<Observation> = observations(turns, known, norm).collect();
     let problem = Problem { observations: &observations, record: old, prior: prior(), correlated: true };
     let found = SensorCalibration::of(&problem, norm, record != VectorModel::IDENTITY, Standard::ClearlyBetter);
-    Some(if field_ut.is_some() { found } else { at_mean_scale(found) })
+    if known {
+        return Some(found);
+    }
+    let mut found = at_mean_scale(found);
+    let [least, most] = FIELDS_NT.map(|field_nt| 1e-3 * field_nt);
+    if differ {
+        found.verdict = Verdict::Kept(
+            "traces are from places with different fields, and one states none: give it magnetic_field_ut, or leave it out"
+                .into(),
+        );
+    } else if !(least..=most).contains(&found.norm) {
+        found.verdict = Verdict::Kept(format!(
+            "the field that fits is {:.2} uT, and the earth's is {least:.0} to {most:.0}: check the magnetometer's unit",
+            found.norm
+        ));
+    }
+    Some(found)
+}
+
+fn stated(turns: &[Turned]) -> Vec<f64> {
+    turns.iter().filter_map(|(_, field_ut)| *field_ut).collect()
+}
+
+/// Returns true if the readings are from places with different fields.
+pub fn fields_differ(turns: &[Turned]) -> bool {
+    stated(turns).windows(2).any(|pair| pair[0] != pair[1])
+}
+
+/// The readings with the norm that is required of them: the field of their place if all are `known`, else `norm`. Equal
+/// weights: the place's field disturbs, not the sensor's noise. Its sigma is at least a thousandth of the field, about
+/// the change of the earth's field in a day.
+pub fn observations(turns: &[Turned], known: bool, norm: f64) -> impl Iterator<Item = Observation> {
+    turns.iter().map(move |&(raw, field_ut)| {
+        let norm = field_ut.filter(|_| known).unwrap_or(norm);
+        Observation { raw, norm, sigma: 1e-3 * norm }
+    })
 }
 
 /// The same calibration with the recorded mean scale and a changed field strength instead.
@@ -92,12 +131,9 @@ fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     found.fit.residuals.iter_mut().for_each(|residual| *residual *= scale);
     found.norm *= scale;
     found.observations.iter_mut().for_each(|observation| observation.norm *= scale);
-    // The old values have no norm to compare with but their own mean: their error is the scatter about it.
-    let norms: Vec<f64> = found.observations.iter().map(|o| found.record.calibrate(&o.raw).norm()).collect();
-    let own = norms.iter().sum::<f64>() / norms.len().max(1) as f64;
-    let scatter = norms.iter().map(|norm| (norm - own).powi(2)).sum::<f64>() / norms.len().max(1) as f64;
+    let before = scatter(&found.record, &found.observations);
     found.held_out = found.held_out.map(|h| HeldOut {
-        before: scatter.sqrt(),
+        before,
         after: h.after * scale,
         noise: h.noise * scale,
         largest: h.largest * scale,
@@ -108,9 +144,17 @@ fn at_mean_scale(mut found: SensorCalibration) -> SensorCalibration {
     found
 }
 
+/// Error of values in a field of unknown strength: they have no norm to compare with but their own mean, so it is the
+/// scatter about that.
+pub fn scatter(model: &Model, observations: &[Observation]) -> f64 {
+    let norms: Vec<f64> = observations.iter().map(|o| model.calibrate(&o.raw).norm()).collect();
+    let own = norms.iter().sum::<f64>() / norms.len().max(1) as f64;
+    (norms.iter().map(|norm| (norm - own).powi(2)).sum::<f64>() / norms.len().max(1) as f64).sqrt()
+}
+
 /// Radius of a sphere through the readings, by linear least squares (|m|^2 = 2 m.c + r^2 - |c|^2).
-fn sphere_radius(turns: &[Vector3<f64>], record: &Model) -> Option<f64> {
-    let vectors: Vec<Vector3<f64>> = turns.iter().map(|raw| record.calibrate(raw)).collect();
+fn sphere_radius(turns: &[Turned], record: &Model) -> Option<f64> {
+    let vectors: Vec<Vector3<f64>> = turns.iter().map(|(raw, _)| record.calibrate(raw)).collect();
     let (mut normal, mut right, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
     for vector in &vectors {
         let row = Vector4::new(2.0 * vector.x, 2.0 * vector.y, 2.0 * vector.z, 1.0);

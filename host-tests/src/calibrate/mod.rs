@@ -65,6 +65,8 @@ pub struct Calibration {
     pub later: Option<HeldOut>,
     /// The magnetometer's calibration; `None` without readings.
     pub mag: Option<SensorCalibration>,
+    /// Check of its norm on turns of the held-out part.
+    pub mag_later: Option<HeldOut>,
     /// Alignment of the magnetometer's axes; `None` unless both sensors have a calibration, old or new.
     pub alignment: Option<Alignment>,
 }
@@ -76,8 +78,8 @@ pub struct Calibration {
 /// A configuration that cannot be used.
 pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>) -> Result<Calibration, Failure> {
     let mut found = Calibration::default();
-    let (mut rests_and_gravity, mut later, mut turns) = (Vec::new(), Vec::new(), Vec::new());
-    let mut fields_ut = Vec::new();
+    let (mut rests_and_gravity, mut later) = (Vec::new(), Vec::new());
+    let (mut turns, mut later_turns, mut unstated) = (Vec::new(), Vec::new(), 0);
     for trace in traces {
         let config = of_file(trace, config)?;
         let mut samples = trace.clone();
@@ -89,21 +91,38 @@ pub fn calibrate(traces: &[Trace], config: Option<&Path>, hold_out: Option<f64>)
         let with_gravity = |rest| (rest, gravity_m_s2);
         rests_and_gravity.extend(rests(first, &config).into_iter().map(with_gravity));
         later.extend(rests(last, &config).into_iter().map(with_gravity));
-        turns.extend(magnetometer::turn(first));
-        fields_ut.push(config.earth.magnetic_field_ut.map(f64::from));
+        let field_ut = config.earth.magnetic_field_ut.map(f64::from);
+        let with_field = |raw| (raw, field_ut);
+        turns.extend(magnetometer::turn(first).into_iter().map(with_field));
+        later_turns.extend(magnetometer::turn(last).into_iter().map(with_field));
+        unstated += usize::from(field_ut.is_none());
         found.record = Record { accel: config.accel, mag: config.mag, left: config.identification.vector_errors };
         found.traces.push(trace.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
         found.dates.push(trace.keys.date);
         found.notes.extend(trace.notes.iter().cloned());
         found.notes.extend(clipping_note(&samples.samples, &config));
     }
-    // Traces from different places have different fields; then no strength is known for all.
-    let same = fields_ut.windows(2).all(|pair| pair[0] == pair[1]);
-    let field_ut = fields_ut.first().copied().flatten().filter(|_| same);
     found.rests = rests_and_gravity.iter().map(|(rest, _)| *rest).collect();
     found.accel = accelerometer::calibrate(&rests_and_gravity, found.record.accel);
-    found.later = found.accel.as_ref().and_then(|accel| checked_later(accel, &later));
-    found.mag = magnetometer::calibrate(&turns, found.record.mag, field_ut);
+    if let Some(accel) = &mut found.accel {
+        let observation = |(rest, norm): &(Rest, f64)| {
+            rest.accel.map(|mean| Observation { raw: mean.vector, norm: *norm, sigma: mean.sigma })
+        };
+        found.later = checked_later(accel, &later.iter().filter_map(observation).collect::<Vec<_>>());
+        accel.judge_on(found.later.as_ref());
+    }
+    found.mag = magnetometer::calibrate(&turns, found.record.mag);
+    if let Some(mag) = &mut found.mag {
+        let observations = magnetometer::observations(&later_turns, mag.norm_known, mag.norm);
+        found.mag_later = checked_later(mag, &observations.collect::<Vec<_>>());
+        mag.judge_on(found.mag_later.as_ref());
+        if unstated > 0 && traces.len() > 1 && !magnetometer::fields_differ(&turns) {
+            found.notes.push(format!(
+                "{unstated} of {} traces state no field (magnetic_field_ut): for the magnetometer they are taken to be of one place",
+                traces.len()
+            ));
+        }
+    }
     found.alignment = found.aligned();
     Ok(found)
 }
@@ -155,20 +174,20 @@ impl Calibration {
     }
 }
 
-/// Errors of the norm at rests later than those fitted.
-fn checked_later(accel: &SensorCalibration, later: &[(Rest, f64)]) -> Option<HeldOut> {
-    let observation = |(rest, norm): &(Rest, f64)| {
-        rest.accel.map(|mean| Observation { raw: mean.vector, norm: *norm, sigma: mean.sigma })
+/// Errors of the norm at observations later than those fitted: about their own mean where no norm is known.
+fn checked_later(sensor: &SensorCalibration, later: &[Observation]) -> Option<HeldOut> {
+    let errors = |model: Model| later.iter().map(move |observation| norm_error(&model, observation));
+    let rms = |model: Model| match sensor.norm_known {
+        true => root_mean_square(errors(model)),
+        false => (!later.is_empty()).then(|| magnetometer::scatter(&model, later)),
     };
-    let observations: Vec<Observation> = later.iter().filter_map(observation).collect();
-    let errors = |model: Model| observations.iter().map(move |observation| norm_error(&model, observation));
     Some(HeldOut {
         how: "fitted to the part before",
-        count: observations.len(),
-        before: root_mean_square(errors(accel.record))?,
-        after: root_mean_square(errors(accel.fit.model))?,
-        noise: root_mean_square(observations.iter().map(|observation| observation.sigma))?,
-        largest: errors(accel.fit.model).fold(0.0, |largest: f64, error| largest.max(error.abs())),
+        count: later.len(),
+        before: rms(sensor.record)?,
+        after: rms(sensor.fit.model)?,
+        noise: root_mean_square(later.iter().map(|observation| observation.sigma))?,
+        largest: errors(sensor.fit.model).fold(0.0, |largest: f64, error| largest.max(error.abs())),
     })
 }
 

@@ -107,7 +107,12 @@ fn left(out: &mut String, calibration: &Calibration) {
 fn comment(out: &mut String, sensor: &SensorCalibration, unit: &str, alignment: Option<&Alignment>) {
     let (used, all) = (sensor.observations.len() - sensor.left_out(), sensor.observations.len());
     let _ = writeln!(out, "# {used} of {all} readings, {} orientations", sensor.spread.orientations);
-    let known = if sensor.norm_known { "given" } else { "fitted, the mean scale is the sensor's" };
+    let [least, most] = sensor.norms();
+    let known = match sensor.norm_known {
+        true if least < most => "given, a mean: each place has its own",
+        true => "given",
+        false => "fitted, the mean scale is the sensor's",
+    };
     let _ = writeln!(out, "# norm {:.5} {unit} ({known})", sensor.norm);
     if let Some((before, after)) = sensor.before_after() {
         let _ = writeln!(out, "# error of the norm, rms: {before:.5} before, {after:.5} after");

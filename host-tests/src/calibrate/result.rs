@@ -47,6 +47,7 @@ pub fn value(calibration: &Calibration) -> Value {
         "rests": rests(calibration),
         "accel": accel.unwrap_or_else(|| kept(calibration.no_accel())),
         "accel_later_rests_m_s2": calibration.later.as_ref().map(check),
+        "mag_later_turns_ut": calibration.mag_later.as_ref().map(check),
         "mag": mag.unwrap_or_else(|| kept(calibration.no_mag())),
         "alignment": alignment,
     })

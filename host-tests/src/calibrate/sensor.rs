@@ -64,6 +64,21 @@ impl SensorCalibration {
         }
     }
 
+    /// Smallest and largest required norm, in the sensor's unit: they differ where the readings are from several places.
+    #[must_use]
+    pub fn norms(&self) -> [f64; 2] {
+        let norms = || self.observations.iter().map(|observation| observation.norm);
+        [norms().fold(f64::MAX, f64::min), norms().fold(f64::MIN, f64::max)]
+    }
+
+    /// Keeps the old values if the new ones are worse on `later` readings, which neither fit nor check have seen.
+    pub(super) fn judge_on(&mut self, later: Option<&HeldOut>) {
+        let is_no_worse = later.is_none_or(|check| check.after <= check.before);
+        if self.is_new() && !is_no_worse {
+            self.verdict = Verdict::Kept("it is worse on the part held out".into());
+        }
+    }
+
     /// Returns true if the record changes.
     #[must_use]
     pub const fn is_new(&self) -> bool {

@@ -163,8 +163,10 @@ pub fn judge(
         return Verdict::Kept("the fit is no sensor: its matrix mirrors or flattens".into());
     }
     // Conditions are written for what passes, so that a NaN is refused.
-    if !held_out.is_none_or(|check| check.after < check.before) {
-        return Verdict::Kept("on readings that were held out it is no better than the old values".into());
+    let no_worse = held_out.is_none_or(|check| check.after < check.before);
+    let no_better = || Verdict::Kept("on readings that were held out it is no better than the old values".into());
+    if fit.rank == NAMES.len() && !no_worse {
+        return no_better();
     }
     let open = undetermined_of(&problem.prior, fit);
     let reason = if fit.rank < NAMES.len() {
@@ -191,5 +193,11 @@ pub fn judge(
         };
         format!("directions can be off by {found:.2} deg (95 %, about [{x:.1} {y:.1} {z:.1}]), {limit}")
     };
-    if on_record && is_sensor { Verdict::Partly(reason) } else { Verdict::Kept(reason) }
+    // A record is changed only by values that readings speak for which they were not fitted to.
+    match held_out {
+        _ if !(on_record && is_sensor) => Verdict::Kept(reason),
+        None => Verdict::Kept(format!("{reason}; and there are too few readings to hold any out")),
+        Some(_) if no_worse => Verdict::Partly(reason),
+        Some(_) => no_better(),
+    }
 }

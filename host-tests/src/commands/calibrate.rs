@@ -11,6 +11,7 @@ use crate::{
     console::told,
     failure::Failure,
     flight::configuration::of_file,
+    import::plausible::checked_raw,
     layout::Layout,
     report::html::{Sources, calibration::page, write_page},
     trace::Trace,
@@ -46,6 +47,9 @@ pub struct CalibrateArgs {
 pub fn run(args: &CalibrateArgs) -> anyhow::Result<()> {
     check_outputs(args)?;
     let traces = args.traces.iter().map(|path| Trace::read(path)).collect::<Result<Vec<_>, _>>()?;
+    for trace in &traces {
+        checked_raw(trace, &of_file(trace, args.config.as_deref())?)?;
+    }
     let calibration = calibrate(&traces, args.config.as_deref(), args.hold_out)?;
     print_account(&mut told(), Layout::of_told(), &calibration)?;
     if let Some(path) = &args.json {

@@ -2,7 +2,7 @@
 //! where the trace is flown. Only what cannot be otherwise is an error here: a fault that comes and goes, a
 //! magnet and a scale that is off are for the pipeline to bear.
 
-use meerkat_mwd::{Config, Sample, SampleFlags};
+use meerkat_mwd::{Config, Sample, SampleFlags, compensation::VectorModel};
 use nalgebra::Vector3;
 
 use super::{
@@ -11,7 +11,10 @@ use super::{
     merged::Merged,
     series::Series,
 };
-use crate::{failure::Failure, trace::Trace};
+use crate::{
+    failure::Failure,
+    trace::{BodyFrame, Keys, Trace},
+};
 
 /// Samples that are looked at: what units and axes show in, they show in this many, and so memory is bounded.
 const LOOKED_AT: usize = 1 << 16;
@@ -30,6 +33,11 @@ fn looked_at(trace: &Trace) -> Vec<Sample> {
 /// models have calibrated.
 #[must_use]
 pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
+    by_keys(trace, config, &trace.keys)
+}
+
+/// The same by other keys than those of the trace.
+fn by_keys(trace: &Trace, config: &Config, keys: &Keys) -> Vec<Finding> {
     let samples = looked_at(trace);
     // A clipped reading counts: with another unit all of them are beyond the full scale.
     let rows = |missing: SampleFlags, reading: &dyn Fn(&Sample) -> Vector3<f32>| -> Vec<[f64; 4]> {
@@ -64,7 +72,6 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
         ..ColumnMap::default()
     };
     let gyro = Series { t_us: merged.t_us.clone(), ..Series::default() };
-    let keys = &trace.keys;
     units_and_axes(&Imported { merged: &merged, gyro: &gyro, all: &[], parts: &[], map: &map, keys })
 }
 
@@ -75,10 +82,6 @@ pub fn units_and_axes_of(trace: &Trace, config: &Config) -> Vec<Finding> {
 /// # Errors
 /// Description of the units, signs or axes that cannot be, with the likely fix.
 pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<(), Failure> {
-    let told = |finding: &Finding| match &finding.fix {
-        Some(fix) => format!("{}; likely fix: {fix}", finding.told),
-        None => finding.told.clone(),
-    };
     let findings = units_and_axes_of(trace, config);
     let (wrong, others): (Vec<&Finding>, Vec<&Finding>) = findings.iter().partition(|finding| finding.is_certain());
     let doubtful = others.into_iter().filter(|finding| finding.verdict != Verdict::Fine && finding.fix.is_some());
@@ -88,13 +91,37 @@ pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<()
         return Ok(());
     }
     if !force {
-        return Err(Failure::BadInput(format!(
-            "{}: units, signs or axes cannot be:\n  {}\nPut the fix into a file and correct the trace by \
-             `import TRACE --map FILE.toml -o CORRECTED.csv.gz`, or fly it as it is by --force, with nothing identified",
-            trace.path.display(),
-            trace.wrong.join("\n  ")
-        )));
+        return Err(refused(trace, &trace.wrong, ", or fly it as it is by --force, with nothing identified"));
     }
     config.effects = false;
     Ok(())
+}
+
+/// Refuses a trace for a calibration whose units, signs or axes cannot be, by its readings as they are: a record that was
+/// made of another unit would hide it. The dip is not asked for: the hard iron that is to be found turns the raw field.
+///
+/// # Errors
+/// Description of the units, signs or axes that cannot be, with the likely fix.
+pub fn checked_raw(trace: &Trace, config: &Config) -> Result<(), Failure> {
+    let raw = Config { accel: VectorModel::IDENTITY, mag: VectorModel::IDENTITY, ..*config };
+    let keys = Keys { dip_deg: None, latitude_deg: None, body_frame: BodyFrame::Sensor, ..trace.keys.clone() };
+    let findings = by_keys(trace, &raw, &keys);
+    let wrong: Vec<String> = findings.iter().filter(|finding| finding.is_certain()).map(told).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(refused(trace, &wrong, "")) }
+}
+
+fn told(finding: &Finding) -> String {
+    match &finding.fix {
+        Some(fix) => format!("{}; likely fix: {fix}", finding.told),
+        None => finding.told.clone(),
+    }
+}
+
+fn refused(trace: &Trace, wrong: &[String], or: &str) -> Failure {
+    Failure::BadInput(format!(
+        "{}: units, signs or axes cannot be:\n  {}\nPut the fix into a file and correct the trace by \
+         `import TRACE --map FILE.toml -o CORRECTED.csv.gz`{or}",
+        trace.path.display(),
+        wrong.join("\n  ")
+    ))
 }

@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 use meerkat_mwd::{SampleFlags, compensation::VectorModel};
-use mwd::calibrate::calibrate;
+use mwd::calibrate::{Verdict, calibrate};
 
 use crate::turntable::{Probe, Random, all_around};
 
@@ -90,6 +90,32 @@ fn results_do_not_overwrite_what_is_read() {
     assert!(String::from_utf8(output.stderr).unwrap().contains("overwrite another one"));
     assert_eq!(mwd(&[]).status.code(), Some(2), "no trace");
     assert_eq!(mwd(&["none.csv"]).status.code(), Some(2));
+}
+
+/// A matrix of a thousandth would fit it.
+#[test]
+fn a_field_in_nanotesla_is_refused_and_no_record_written() {
+    let mut random = Random::new(5);
+    let attitudes = all_around(24, &mut random);
+    let mut trace = Probe::drawn(&mut random).turned(&attitudes, &mut random);
+    trace.samples.iter_mut().for_each(|sample| sample.mag_ut.iter_mut().for_each(|x| *x *= 1e3));
+    let directory = tempfile::tempdir().unwrap();
+    let [path, record, old] = ["t.csv", "r.toml", "old.toml"].map(|name| directory.path().join(name));
+    trace.write(&path).unwrap();
+    // Nor does a record hide it that was made of the same unit.
+    std::fs::write(&old, "[mag]\nmatrix = [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]]\noffset = [0, 0, 0]\n").unwrap();
+    let [path, record_path, old] = [&path, &record, &old].map(|path| path.to_str().unwrap());
+    for more in [&[][..], &["--config", old]] {
+        let output = mwd(&[&[path, "-o", record_path][..], more].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && said.contains("unit = \"nT\" in [mag]"), "{said}");
+        assert!(!said.contains("--force") && !record.exists(), "{said}");
+    }
+    // Without a stated field, and for who reads no units, the fitted field is none of the earth's.
+    (trace.keys.magnetic_field_ut, trace.keys.mag_full_scale_ut) = (None, None);
+    let found = calibrate(&[trace], None, None).unwrap();
+    let verdict = found.mag.unwrap().verdict;
+    assert!(matches!(&verdict, Verdict::Kept(why) if why.contains("the earth's is 15 to 80")), "{verdict:?}");
 }
 
 /// What is written into a probe stays for ever: a file that lacks a sensor is refused before any port is opened.

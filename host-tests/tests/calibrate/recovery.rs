@@ -93,3 +93,48 @@ fn a_magnetometer_that_sits_askew_is_turned() {
     // parameters.
     assert!(inside >= 45, "{inside} of 60");
 }
+
+/// Traces from a weak and a strong field: each is fitted to its own.
+#[test]
+fn each_trace_has_the_field_of_its_place() {
+    for seed in 0..5 {
+        let mut random = Random::new(400 + seed);
+        let mut probe = Probe::drawn(&mut random);
+        let mut traces: Vec<_> = [35.0, 60.0]
+            .into_iter()
+            .map(|field_ut| {
+                probe.field_ut = field_ut;
+                let attitudes = all_around(RESTS / 2, &mut random);
+                probe.turned(&attitudes, &mut random)
+            })
+            .collect();
+        let found = calibrate(&traces, None, None).unwrap();
+        let sensor = found.mag.as_ref().unwrap();
+        assert_eq!(sensor.verdict, Verdict::Calibrated, "seed {seed}");
+        assert_eq!((sensor.norms(), sensor.norm_known), ([35.0, 60.0], true));
+        assert!(covered(sensor, &probe.mag_errors) >= 7, "seed {seed}: {:?}", sensor.fit.x);
+        assert!(!found.notes.iter().any(|note| note.contains("one place")), "{:?}", found.notes);
+
+        // A third one that states none could be of either place.
+        traces.push(traces[0].clone());
+        traces[2].keys.magnetic_field_ut = None;
+        let sensor = calibrate(&traces, None, None).unwrap().mag.unwrap();
+        assert!(
+            matches!(&sensor.verdict, Verdict::Kept(why) if why.contains("one states none")),
+            "{:?}",
+            sensor.verdict
+        );
+    }
+}
+
+#[test]
+fn traces_that_state_no_field_are_taken_to_be_of_one_place_and_that_is_said() {
+    let mut random = Random::new(410);
+    let probe = Probe::drawn(&mut random);
+    let attitudes = all_around(RESTS, &mut random);
+    let mut traces = vec![probe.turned(&attitudes, &mut random); 2];
+    traces.iter_mut().for_each(|trace| trace.keys.magnetic_field_ut = None);
+    let said =
+        |traces: &[_]| calibrate(traces, None, None).unwrap().notes.iter().any(|note| note.contains("one place"));
+    assert!(said(&traces) && !said(&traces[..1]));
+}

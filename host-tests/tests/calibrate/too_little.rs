@@ -1,7 +1,10 @@
 //! Motion that does not determine the parameters is refused with a reason, and the old values stay.
 
 use meerkat_mwd::compensation::VectorModel;
-use mwd::calibrate::{Verdict, calibrate};
+use mwd::{
+    calibrate::{Verdict, calibrate, record},
+    flight::configuration::freeze_at_us,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::turntable::{Probe, Random, all_around};
@@ -78,6 +81,50 @@ fn few_rests_leave_nothing_to_check_by() {
     let attitudes = all_around(6, &mut random);
     let found = calibrate(&[probe.turned(&attitudes, &mut random)], None, None).unwrap();
     kept(&found.accel.unwrap().verdict);
+}
+
+/// Nothing can be held out of so few, so nothing says that the new values are better.
+#[test]
+fn few_rests_leave_a_record_as_it_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("old.toml");
+    std::fs::write(&file, "[accel]\nmatrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\noffset = [0.25, 0, 0]\n").unwrap();
+    for (seed, rests) in (0..10).zip([3, 4, 5, 6, 7].into_iter().cycle()) {
+        let mut random = Random::new(seed);
+        let probe = Probe::drawn(&mut random);
+        let attitudes = all_around(rests, &mut random);
+        let found = calibrate(&[probe.turned(&attitudes, &mut random)], Some(&file), None).unwrap();
+        let accel = found.accel.as_ref().unwrap();
+        assert!(accel.held_out.is_some() || !accel.is_new(), "{rests} rests: {:?}", accel.verdict);
+    }
+}
+
+/// The probe was sound when its record was made, and is again at the end; between, both sensors had other errors.
+#[test]
+fn what_is_worse_on_the_part_held_out_does_not_go_on_record() {
+    let mut random = Random::new(5);
+    let [sound, disturbed] = [(); 2].map(|()| Probe::drawn(&mut random));
+    let attitudes = all_around(36, &mut random);
+    let [sound, mut trace] = [sound, disturbed].map(|probe| probe.turned(&attitudes, &mut random));
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("old.toml");
+    record::write(&calibrate(std::slice::from_ref(&sound), None, None).unwrap(), &file).unwrap();
+    let from_us = freeze_at_us(&trace, 0.33);
+    let from = trace.samples.partition_point(|sample| sample.t_us < from_us);
+    trace.samples.truncate(from);
+    trace.samples.extend_from_slice(&sound.samples[from..]);
+    let found = calibrate(&[trace], Some(&file), Some(0.33)).unwrap();
+    for (sensor, check) in [(&found.accel, &found.later), (&found.mag, &found.mag_later)] {
+        let check = check.as_ref().unwrap();
+        assert!(check.count > 5 && check.after > 3.0 * check.before, "{check:?}");
+        let why = kept(&sensor.as_ref().unwrap().verdict);
+        assert!(why.contains("worse on the part held out"), "{why}");
+    }
+    assert!(record::text(&found).is_none());
+    // A sound part that is held out confirms.
+    let found = calibrate(&[sound], None, Some(0.33)).unwrap();
+    let check = found.mag_later.as_ref().unwrap();
+    assert!(check.after < 0.2 * check.before && found.mag.as_ref().unwrap().is_new(), "{check:?}");
 }
 
 #[test]

@@ -66,6 +66,8 @@ pub struct Probe {
     /// From the magnetometer's axes to the accelerometer's, rad.
     pub mag_turn_rad: Vector3<f64>,
     pub has_mag: bool,
+    /// Field of the place, microtesla.
+    pub field_ut: f64,
 }
 
 impl Probe {
@@ -75,6 +77,7 @@ impl Probe {
             mag_errors: random.errors(0.05, 0.03, 10.0),
             mag_turn_rad: Vector3::zeros(),
             has_mag: true,
+            field_ut: FIELD_UT,
         }
     }
 
@@ -88,7 +91,7 @@ impl Probe {
         }
         path.extend(std::iter::repeat_n(*attitudes.last().unwrap(), 3 * RATE_HZ));
         let bias_rad_s = Vector3::new(0.01, -0.02, 0.015);
-        let field_ut = Vector3::new(DIP_RAD.cos(), 0.0, DIP_RAD.sin()) * FIELD_UT;
+        let field_ut = Vector3::new(DIP_RAD.cos(), 0.0, DIP_RAD.sin()) * self.field_ut;
         let turn = Rotation3::new(self.mag_turn_rad);
         let sample = |k: usize| {
             let q = path[k];
@@ -113,7 +116,7 @@ impl Probe {
         let samples = (0..path.len()).map(sample).collect();
         let keys = Keys {
             gravity_m_s2: Some(GRAVITY_M_S2),
-            magnetic_field_ut: Some(FIELD_UT),
+            magnetic_field_ut: Some(self.field_ut),
             accel_full_scale_m_s2: Some(19.6),
             mag_full_scale_ut: Some(400.0),
             ..Keys::default()
