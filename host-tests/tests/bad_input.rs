@@ -9,6 +9,7 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
+use mwd::trace::Trace;
 use tempfile::TempDir;
 
 const HEADER: &str = "t_s,gx,gy,gz,ax,ay,az";
@@ -238,5 +239,39 @@ fn a_sample_rate_that_the_pipeline_cannot_take_is_refused_by_name() {
     let rows: String = (0..10).map(|i| format!("{i},0,0,0,0,0,9.8\n")).collect();
     let output = replay(&file(&directory, "slow.csv", format!("{HEADER}\n{rows}").as_bytes()));
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8(output.stderr).unwrap().contains("the median step of the trace is 1000000"));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("the median step of the trace is 1 s"));
+    // Beyond 32 bits of microseconds, and with the unit that it looks like.
+    let rows: String = (0..10).map(|i| format!("{},0,0,0,0,0,9.8\n", 5_000_000 * i)).collect();
+    let told = refused_text(&format!("{HEADER}\n{rows}"));
+    assert!(told.ends_with("is 5000000 s; t_s looks like nanoseconds: t_s is in seconds"), "{told}");
+}
+
+/// One time that jumps ahead costs its own row, and no other.
+#[test]
+fn a_time_that_jumps_ahead_is_dropped_with_its_row_alone() {
+    let directory = TempDir::new().unwrap();
+    let text = |ahead: Option<usize>, count: usize| {
+        let row = |i: usize| {
+            let seconds = if ahead == Some(i) { 9_000 } else { i / 100 };
+            format!("{seconds}.{:02},0.0{},0,0,0,0,9.8\n", i % 100, i % 7)
+        };
+        format!("{HEADER}\n{}", (0..count).map(row).collect::<String>())
+    };
+    for (ahead, count) in [(300, 400), (8_191, 9_000), (8_192, 9_000)] {
+        let path = file(&directory, "ahead.csv", text(Some(ahead), count).as_bytes());
+        let expected: Vec<_> = Trace::of_bytes(text(None, count).as_bytes()).unwrap().samples;
+        let expected: Vec<_> = expected.iter().enumerate().filter(|(i, _)| *i != ahead).map(|(_, s)| *s).collect();
+        for trace in [Trace::read(&path).unwrap(), Trace::spooled(&path).unwrap()] {
+            assert_eq!((trace.dropped.repeated, trace.dropped.late), (0, 1));
+            assert_eq!(trace.samples().collect::<Vec<_>>(), expected);
+            assert_eq!(trace.facts().gaps, 0);
+            assert!(trace.none_dropped().unwrap_err().to_string().contains("time jumps ahead: 9000."));
+        }
+    }
+    // A clock that goes on from there is one gap.
+    let after: String = (0..400)
+        .map(|i| format!("{}.{:02},0,0,0,0,0,9.8\n", i / 100 + if i < 300 { 0 } else { 50 }, i % 100))
+        .collect();
+    let trace = Trace::of_bytes(format!("{HEADER}\n{after}").as_bytes()).unwrap();
+    assert_eq!((trace.len(), trace.dropped.all(), trace.facts().gaps), (400, 0, 1));
 }

@@ -43,12 +43,29 @@ fn checked(config: Config, trace: &Trace) -> Result<Config, Failure> {
         Failure::BadInput(match error.field {
             // Nobody wrote this field: it is the trace's median step, so the message names the step.
             "sample_period_us" => {
-                format!("{path}: {error}, and the median step of the trace is {}", config.sample_period_us)
+                let step_s = median_step_s(trace);
+                let unit = likely_unit(step_s)
+                    .map_or_else(String::new, |unit| format!("; t_s looks like {unit}: t_s is in seconds"));
+                format!("{path}: {error}, and the median step of the trace is {step_s} s{unit}")
             }
             _ => format!("{path}: {error}"),
         })
     })?;
     Ok(config)
+}
+
+/// Median step of a trace, seconds, of any length.
+fn median_step_s(trace: &Trace) -> f64 {
+    let times: Vec<u64> = trace.samples().map(|sample| sample.t_us).collect();
+    let mut steps: Vec<u64> = times.iter().zip(times.iter().skip(1)).map(|(a, b)| b.saturating_sub(*a)).collect();
+    let middle = steps.len() / 2;
+    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable(middle).1 as f64 / 1e6 }
+}
+
+/// Unit in which steps that are none in seconds would be those of 20 Hz to 10 kHz.
+fn likely_unit(step_s: f64) -> Option<&'static str> {
+    let units = [("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9)];
+    units.into_iter().find(|(_, in_s)| (1e-4..=0.05).contains(&(step_s * in_s))).map(|(unit, _)| unit)
 }
 
 /// Configuration that the trace's header states: full scales, the gyro's delay, the kind of motion, the earth; the

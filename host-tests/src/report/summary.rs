@@ -72,7 +72,7 @@ fn print_trace(out: &mut impl Write, trace: &Trace, config: &Config, flight: &Fl
         "clipping unknown (no full scale given)".to_owned()
     };
     let remarks = [
-        Some(format!("{} gaps in time", flight.counters.gaps)),
+        Some(format!("{} gaps in time", facts.gaps)),
         Some(clipped),
         absent("gyro", facts.count(SampleFlags::GYRO_MISSING)),
         absent("accelerometer", facts.count(SampleFlags::ACCEL_MISSING)),

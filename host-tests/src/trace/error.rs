@@ -63,6 +63,14 @@ pub enum Fault {
         /// The time of the row before, microseconds.
         before_us: u64,
     },
+    /// The time of one row is far ahead of the rows around it.
+    #[error("time jumps ahead: {} s, and the next row is at {} s", seconds(*ahead_us), seconds(*next_us))]
+    TimeAhead {
+        /// This row's time, microseconds.
+        ahead_us: u64,
+        /// The time of the row behind, microseconds.
+        next_us: u64,
+    },
     /// Two rows have the same time, to the microsecond.
     #[error("time repeats: {} s is the time of the row before", seconds(*.0))]
     TimeRepeated(u64),

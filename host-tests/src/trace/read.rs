@@ -18,6 +18,10 @@ use super::{
 /// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
 
+/// Step of time after which a row is only believed when the next one is not before it: as the probe does, which refuses
+/// such a sample.
+const FAR_AHEAD_US: u64 = 10_000_000;
+
 /// Rows that are in memory before they go to a temporary file: of a trace that is no longer, all stay there. About
 /// a megabyte.
 const IN_MEMORY: usize = 1 << 13;
@@ -50,11 +54,21 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> 
     let (columns, mut trace) = read_header(&mut lines)?;
     let mut not_rotations = 0_usize;
     let mut last_us = None;
+    let mut doubted: Option<Doubted> = None;
     while let Some((line, row)) = lines.next_line()? {
         if row.is_empty() {
             continue;
         }
         let mut row = parse_row(row, line, &columns)?;
+        if let Some(Doubted { line, before_us, has_bad_reference }) = doubted {
+            let next_us = parse_time_us(row.time).unwrap_or_default();
+            if let Some(ahead_us) = last_us.filter(|ahead_us| (before_us + 1..*ahead_us).contains(&next_us)) {
+                trace.drop_last();
+                not_rotations -= usize::from(has_bad_reference);
+                trace.dropped.count(Fault::TimeAhead { ahead_us, next_us }.in_column(line, "t_s"));
+                last_us = Some(before_us);
+            }
+        }
         let t_us = match row.time_after(last_us) {
             Ok(t_us) => t_us,
             Err(fault @ (Fault::TimeBack { .. } | Fault::TimeRepeated(_))) => {
@@ -63,10 +77,14 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> 
             }
             Err(fault) => return Err(fault.in_column(line, "t_s")),
         };
-        last_us = Some(t_us);
-        not_rotations += usize::from(row.drop_reference_that_is_no_rotation());
+        let has_bad_reference = row.drop_reference_that_is_no_rotation();
+        not_rotations += usize::from(has_bad_reference);
+        let before_us = last_us.replace(t_us).filter(|before_us| t_us - before_us > FAR_AHEAD_US);
+        doubted = before_us.map(|before_us| Doubted { line, before_us, has_bad_reference });
         row.append_to(t_us, &mut trace);
-        if let Some(spooled) = spooled.as_mut().filter(|_| trace.samples.len() == IN_MEMORY) {
+        // A doubted row stays in memory until the next one.
+        let is_full = trace.samples.len() >= IN_MEMORY && doubted.is_none();
+        if let Some(spooled) = spooled.as_mut().filter(|_| is_full) {
             spooled.take(&mut trace);
         }
     }
@@ -86,6 +104,32 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> 
     }
     trace.mark_clipped(&trace.keys.full_scale());
     Ok(trace)
+}
+
+/// The last row, if its time is far ahead of the row before.
+#[derive(Clone, Copy)]
+struct Doubted {
+    line: u64,
+    /// Time of the row before, microseconds.
+    before_us: u64,
+    has_bad_reference: bool,
+}
+
+impl Trace {
+    /// Takes the last row back.
+    fn drop_last(&mut self) {
+        self.samples.pop();
+        self.reference.pop();
+        for column in [&mut self.movement, &mut self.rest].into_iter().flatten() {
+            column.pop();
+        }
+        if let Some(column) = &mut self.driver_flags {
+            column.pop();
+        }
+        if let Some(column) = &mut self.true_rate {
+            column.pop();
+        }
+    }
 }
 
 fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Located> {

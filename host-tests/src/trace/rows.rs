@@ -2,7 +2,11 @@
 
 use std::collections::HashMap;
 
-use meerkat_mwd::{Sample, SampleFlags, config::FullScale, probe::CLIPPED_SHARE};
+use meerkat_mwd::{
+    Sample, SampleFlags,
+    config::FullScale,
+    probe::{CLIPPED_SHARE, GAP_PERIODS},
+};
 
 use super::{
     Trace,
@@ -102,8 +106,8 @@ impl Steps {
         }
     }
 
-    /// The median step; 0 for fewer than two samples.
-    fn median_us(mut self) -> u32 {
+    /// The median step, 0 for fewer than two samples, and the number of steps over three of it.
+    fn median_us_and_gaps(mut self) -> (u32, usize) {
         self.count((0, 0));
         let mut steps: Vec<(u64, usize)> = self.count.iter().map(|(step, count)| (*step, *count)).collect();
         steps.sort_unstable();
@@ -113,7 +117,10 @@ impl Steps {
             below += count;
             below > middle
         });
-        median.map_or(0, |(step, _)| u32::try_from(*step).unwrap_or(u32::MAX))
+        let Some((median, _)) = median else { return (0, 0) };
+        let is_gap = |(step, _): &&(u64, usize)| *step > median.saturating_mul(GAP_PERIODS.into());
+        let gaps = steps.iter().filter(is_gap).map(|(_, count)| count).sum();
+        (u32::try_from(*median).unwrap_or(u32::MAX), gaps)
     }
 }
 
@@ -128,6 +135,8 @@ pub struct Facts {
     pub last_us: u64,
     /// Median step between samples, microseconds; 0 for fewer than two samples.
     pub period_us: u32,
+    /// Steps of time over three such periods.
+    pub gaps: usize,
     /// Number of samples with each flag, from the lowest bit on.
     flagged: [usize; 16],
     /// Number of samples with a clipped sensor.
@@ -157,7 +166,8 @@ impl Facts {
             facts.referred += usize::from(reference.is_some());
             facts.rests += usize::from(rests);
         }
-        Self { period_us: steps.median_us(), ..facts }
+        let (period_us, gaps) = steps.median_us_and_gaps();
+        Self { period_us, gaps, ..facts }
     }
 
     /// Number of samples without a reference attitude; all if there are no such columns.
@@ -278,7 +288,9 @@ mod tests {
             times.iter().for_each(|t_us| steps.push(*t_us));
             let mut sorted: Vec<u64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
             sorted.sort_unstable();
-            assert_eq!(u64::from(steps.median_us()), sorted.get(sorted.len() / 2).copied().unwrap_or(0));
+            let (median_us, gaps) = steps.median_us_and_gaps();
+            assert_eq!(gaps, sorted.iter().filter(|step| **step > 3 * u64::from(median_us)).count());
+            assert_eq!(u64::from(median_us), sorted.get(sorted.len() / 2).copied().unwrap_or(0));
         }
     }
 }
