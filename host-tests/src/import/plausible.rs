@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     failure::Failure,
+    score::convention_note,
     trace::{BodyFrame, Keys, Trace},
 };
 
@@ -88,6 +89,7 @@ pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<()
     trace.notes.extend(doubtful.map(told));
     trace.wrong = wrong.into_iter().map(told).collect();
     if trace.wrong.is_empty() {
+        trace.notes.extend(convention_note(trace, &config.accel));
         return Ok(());
     }
     if !force {

@@ -5,6 +5,7 @@
 //! `f64`.
 
 mod attitude;
+mod convention;
 mod integrated;
 pub mod nees;
 mod orientation_2s;
@@ -23,6 +24,7 @@ pub(crate) use attitude::unit_quaternion;
 pub use attitude::{
     AttitudeRms, TimedAttitude, attitude_errors_deg, attitude_rms_deg, attitudes_of, reference_attitudes,
 };
+pub(crate) use convention::convention_note;
 pub(crate) use orientation_2s::trimmed_rms;
 pub use rate_error::{rate_error_rad_s, systematic_rate_error_rad_s};
 pub(crate) use rates::seconds_since;
@@ -109,12 +111,17 @@ pub fn score(trace: &Trace, flight: &Flight, settings: &Settings) -> Option<Refe
         scores.rest_gravity_deg = rest_gravity::rms_deg(&legs, &integrated);
     }
     if has_reference {
-        scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&windows, &integrated, 0.0);
+        let plain = orientation_2s::errors_deg(&windows, &integrated, 0.0);
+        scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&plain, |_| true);
 
         // Tracks that were not flown have one time only.
         integrated.fly_at_acquisition(trace, flight, gap_s, &asked);
         if let Some(delay_s) = time_alignment::fit(&windows, &integrated) {
-            scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&windows, &integrated, delay_s);
+            let aligned = orientation_2s::errors_deg(&windows, &integrated, delay_s);
+            // Over the same windows, so that the delay alone makes the difference.
+            let in_both = |index: usize| [&plain, &aligned].iter().all(|of| matches!(of.get(index), Some(Some(_))));
+            scores.orientation_2s_rms_deg = orientation_2s::rms_deg(&plain, in_both);
+            scores.orientation_2s_rms_time_aligned_deg = orientation_2s::rms_deg(&aligned, in_both);
             scores.time_alignment_ms = Some(delay_s * 1e3);
         }
         scores.attitude_rms_deg = attitude::rms_deg(trace, flight, settings);

@@ -73,12 +73,26 @@ pub(super) fn asked(windows: &[Window], range_s: f64) -> impl Iterator<Item = [f
     windows.iter().flat_map(|window| [window.from_s, window.to_s]).map(move |t_s| [t_s - range_s, t_s + range_s])
 }
 
-/// Score of each track, degrees, if its readings lag the reference by `delay_s`, over the windows that all
-/// tracks cover without a gap; `None` without such a window.
-pub(super) fn rms_deg(windows: &[Window], tracks: &Tracks<Integrated>, delay_s: f64) -> PerModel {
-    let covered = |w: &&Window| tracks.cover(w.from_s + delay_s, w.to_s + delay_s);
-    let windows: Vec<Window> = windows.iter().filter(covered).copied().collect();
-    tracks.per_model(|track| track_rms_deg(&windows, track, delay_s))
+/// Errors of the tracks over each window, degrees, if readings lag the reference by `delay_s`; `None` for a window that
+/// not all tracks cover without a gap.
+pub(super) fn errors_deg(windows: &[Window], tracks: &Tracks<Integrated>, delay_s: f64) -> Vec<Option<PerModel>> {
+    let covered = |w: &Window| tracks.cover(w.from_s + delay_s, w.to_s + delay_s);
+    let errors = |w: &Window| covered(w).then(|| tracks.per_model(|track| w.error_deg(track, delay_s)));
+    windows.iter().map(errors).collect()
+}
+
+/// Score of each track, degrees, over those windows that are counted; `None` without one, or of an empty track.
+pub(super) fn rms_deg(errors: &[Option<PerModel>], is_counted: impl Fn(usize) -> bool) -> PerModel {
+    let counted = |of: fn(&PerModel) -> Option<f64>| {
+        let errors = errors.iter().enumerate().filter(|(index, _)| is_counted(*index)).filter_map(|(_, e)| e.as_ref());
+        trimmed_rms(errors.map(of).collect::<Option<Vec<f64>>>()?)
+    };
+    PerModel {
+        uncompensated: counted(|errors| errors.uncompensated),
+        bias_only: counted(|errors| errors.bias_only),
+        twelve_parameters: counted(|errors| errors.twelve_parameters),
+        with_effects: counted(|errors| errors.with_effects),
+    }
 }
 
 /// Score of one track, degrees; `None` without a window, or if the track does not cover all of them.
