@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     clock_time,
-    table::{Column, Table},
+    table::{Column, Contents, Table},
 };
 
 /// Dialect of a text file: the separator of its cells and the decimal sign.
@@ -50,11 +50,11 @@ pub fn dialect(text: &str) -> Dialect {
     if columns(',') > 2 || columns(' ') < 3 { with(',') } else { with(' ') }
 }
 
-/// Reads a text.
+/// Reads a text: its table, and what is lost of it.
 ///
 /// # Errors
 /// Description of what is wrong, with its line.
-pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
+pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Contents, String> {
     if text.trim().is_empty() {
         return Err("the file is empty".into());
     }
@@ -63,6 +63,7 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
     let mut rows = rows(text).map(|(line, row)| (line, split(row, dialect.separator))).peekable();
     let (names, width) = header(&mut rows, dialect)?;
     let mut columns: Vec<Column> = names.iter().map(|name| Column::of(name, Vec::new())).collect();
+    let mut lost = Vec::new();
     for (line, mut cells) in rows {
         // A separator at the end of each line.
         if cells.len() == width + 1 && ends_empty(&cells) {
@@ -71,6 +72,7 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
         if cells.len() != width {
             // The last line of a recording that was cut off.
             if cells.len() < width && is_last(text, line) {
+                lost.push(format!("the last line is cut off: {} of {width} cells in line {line}", cells.len()));
                 break;
             }
             return Err(format!("line {line}: {} cells where the header row has {width}", cells.len()));
@@ -85,7 +87,7 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
     if columns.first().is_none_or(|column| column.values.is_empty()) {
         return Err("no row of numbers follows the header row".into());
     }
-    Ok(Table { name: name.to_owned(), columns, keys })
+    Ok(Contents { lost, ..Contents::whole(vec![Table { name: name.to_owned(), columns, keys }]) })
 }
 
 fn is_last(text: &str, line: u64) -> bool {
@@ -191,6 +193,11 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
+    /// Table of a text.
+    fn read(text: &str, name: &str, dialect: Dialect) -> Result<Table, String> {
+        super::read(text, name, dialect).map(|mut contents| contents.tables.remove(0))
+    }
+
     #[test]
     fn separator_and_decimal_sign_are_told_from_the_rows() {
         for (text, separator, decimal) in [
@@ -213,6 +220,9 @@ mod tests {
         assert_eq!(table.columns[0].values, [0.0, 5.0]);
         assert!(table.columns[1].values[0] == 1.5 && table.columns[1].values[1].is_nan());
         assert_eq!(table.keys, [("body_frame".to_owned(), "tool".to_owned())]);
+        let lost = |text: &str| super::read(text, "log", dialect(text)).unwrap().lost;
+        assert_eq!(lost(text), ["the last line is cut off: 2 of 3 cells in line 9"]);
+        assert!(lost("t,x,y\n1,2,3\n2,3,4").is_empty());
     }
 
     #[test]

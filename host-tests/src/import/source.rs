@@ -98,7 +98,7 @@ fn read(path: &Path, dialect: Option<Dialect>) -> Result<Contents, String> {
         return Err("neither text nor a kind of file that is known".into());
     }
     let dialect = dialect.unwrap_or_else(|| delimited::dialect(&text));
-    Ok(Contents::whole(vec![delimited::read(&text, &name, dialect)?]))
+    delimited::read(&text, &name, dialect)
 }
 
 /// Bytes as a file, for readers that want one: they may have come zipped, or from the standard input.

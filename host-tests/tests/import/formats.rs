@@ -284,6 +284,17 @@ fn repeated_and_late_rows_are_dropped_and_counted() {
     flies_as_the_original(&told);
 }
 
+#[test]
+fn a_text_that_is_cut_off_is_told() {
+    let folder = TempDir::new().unwrap();
+    let whole = si([|v| v; 3]);
+    let path = written(&folder, "log.csv", whole.trim_end().rsplit_once(',').unwrap().0);
+    is_told_as_lost(&imported(&[path.clone()]), "the last line is cut off");
+    let strict = mwd(&["import", path.to_str().unwrap(), "--strict"]);
+    let said = String::from_utf8_lossy(&strict.stderr);
+    assert!(strict.status.code() == Some(2) && said.contains("the last line is cut off"), "{said}");
+}
+
 /// A ULog of the two topics, byte by byte after PX4's description of the format; one that PX4's own library wrote is in
 /// `bindings/python/tests/test_foreign.py`.
 #[test]
