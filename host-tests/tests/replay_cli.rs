@@ -9,8 +9,15 @@ use std::{
     process::Output,
 };
 
-use meerkat_mwd::{Sample, SampleFlags};
-use mwd::trace::{Keys, Trace};
+use meerkat_mwd::{
+    Sample, SampleFlags,
+    compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
+    storage::{StoreReason, StoredModel, fingerprint},
+};
+use mwd::{
+    simulate::{Scenario, simulate},
+    trace::{Keys, Trace},
+};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -269,4 +276,70 @@ fn a_configuration_file_is_checked_field_by_field() {
     let missing = directory.path().join("none.toml");
     let message = error_of(&["replay", trace.to_str().unwrap(), "--config", missing.to_str().unwrap()], 2);
     assert!(message.contains("none.toml: cannot be read"));
+}
+
+/// What flies changes between windows, and with a stored model before the first: P and b at the end are those with
+/// which the last rates were made, the residual is of what flew, and the verdict says where it comes from.
+#[test]
+fn p_and_b_at_the_end_are_those_that_flew() {
+    let directory = TempDir::new().unwrap();
+    let mut scenario = Scenario { duration_s: 40.0, rest_s: 5.0, ..Scenario::default() };
+    scenario.hole.inclination_deg = 45.0;
+    let (trace, truth) = simulate(&scenario, 1);
+    let path = directory.path().join("short.csv");
+    trace.write(&path).unwrap();
+    let gyro = GyroModel { b_rad_s: truth.gyro.b_rad_s.map(|b| b + 0.001), ..truth.gyro };
+    let model = StoredModel {
+        gyro,
+        sigma: [0.005; 12],
+        effects: ActiveEffects::none(),
+        library: fingerprint(&LIBRARY),
+        temperature_c: None,
+        t_us: 1_000_000,
+        reason: StoreReason::Command,
+    };
+    let stored = directory.path().join("model.toml");
+    fs::write(&stored, toml::to_string(&model).unwrap()).unwrap();
+    for model in [&[][..], &["--model", stored.to_str().unwrap()]] {
+        let (output, [_, rates, json]) = replayed(&path, directory.path(), model);
+        let result: Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(result["identification"]["windows"].as_array().unwrap().len(), 0);
+        let last = &result["identification"]["final"];
+        let p = |row: usize, column: usize| last["P"][3 * row + column].as_f64().unwrap();
+        let rates: Vec<Vec<f64>> =
+            rates.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+        for (rate, sample) in rates.iter().zip(&trace.samples).rev().take(100) {
+            for row in 0..3 {
+                let raw = |k: usize| f64::from(sample.gyro_rad_s[k]) - last["b_rad_s"][k].as_f64().unwrap();
+                let flown: f64 = (0..3).map(|k| p(row, k) * raw(k)).sum();
+                assert!((flown - rate[row + 1]).abs() < 1e-5, "{flown} {rate:?}");
+            }
+        }
+        assert!(p(0, 0) != 1.0);
+        let field = &result["diagnosis"]["residual"]["magnetic_deg"];
+        assert!(field["after"].as_f64().unwrap() < 0.5 * field["before"].as_f64().unwrap(), "{field}");
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(said.contains("no window has judged: the trace lasts 40.0 s"), "{said}");
+    }
+}
+
+/// The first sample behind a step of more than ten seconds is refused: it is told, and its row is empty.
+#[test]
+fn a_refused_sample_has_an_empty_row() {
+    let directory = TempDir::new().unwrap();
+    let mut trace = trace();
+    trace.samples.iter_mut().skip(1_500).for_each(|sample| sample.t_us += 11_000_000);
+    let path = directory.path().join("gap.csv");
+    trace.write(&path).unwrap();
+    let (_, [attitude, rates, json]) = replayed(&path, directory.path(), &[]);
+    for (text, commas) in [(&attitude, 12), (&rates, 3)] {
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(rows.len(), trace.samples.len());
+        assert_eq!(rows[1_500], format!("19.500000{}", ",".repeat(commas)));
+        assert_eq!(rows.iter().filter(|row| row.ends_with(&",".repeat(commas))).count(), 1);
+    }
+    let result: Value = serde_json::from_str(&json).unwrap();
+    let notes = result["trace"]["notes"].to_string();
+    assert!(notes.contains("1 samples refused for their time, the first at 19.500000 s"), "{notes}");
+    assert_eq!(result["trace"]["gaps"], 1);
 }

@@ -30,22 +30,22 @@ impl Flight {
 
     /// Writes the attitude as `cargo mwd replay --attitude` does.
     fn write_attitude(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_attitude_csv(self.0.flight.outputs(), &path)).map_err(bad)
+        py.detach(|| write_attitude_csv(self.0.flight.rows(), &path)).map_err(bad)
     }
 
     /// Writes the rates as `cargo mwd replay --rates` does.
     fn write_rates(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_rates_csv(self.0.flight.outputs(), &path)).map_err(bad)
+        py.detach(|| write_rates_csv(self.0.flight.rows(), &path)).map_err(bad)
     }
 
-    /// Arrays of the attitude by name, a row a sample; NaN where there is none yet.
+    /// Arrays of the attitude by name, a row a sample; NaN where there is none, yet or for a refused sample.
     fn attitude<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        attitude(py, &self.0.flight.outputs)
+        attitude(py, &self.0.flight.rows().collect::<Vec<_>>())
     }
 
     /// Compensated rates, rad/s, (N, 3), with their times of validity.
     fn rates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let outputs = &self.0.flight.outputs;
+        let outputs: Vec<Output> = self.0.flight.rows().collect();
         let arrays = PyDict::new(py);
         arrays.set_item(
             "t_s",

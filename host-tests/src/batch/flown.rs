@@ -53,6 +53,7 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     let probe = started(&config, freeze_at_us, None)?;
     let (flight, mut surveys) = surveyed(probe, &trace)?;
     surveys.iter_mut().for_each(|report| trace.grade(report));
+    flight.note_refused(&mut trace);
     Ok(Result { trace, config, flight, surveys })
 }
 
@@ -64,11 +65,12 @@ fn surveyed(mut probe: Box<Probe>, trace: &Trace) -> std::result::Result<(Flight
     let mut flight = Flight::before(trace);
     let mut taken = Vec::new();
     for sample in trace.samples() {
-        if let Some(output) = probe.push(&sample) {
+        let output = probe.push(&sample);
+        flight.flown(&probe, &sample, output.as_ref());
+        if let Some(output) = output {
             let news = surveyor.push(&probe.survey_input(&sample, &output));
             taken.extend(surveyor.stationary().filter(|_| news.contains(SurveyNews::STATIONARY)).copied());
             taken.extend(surveyor.rotating().filter(|_| news.contains(SurveyNews::ROTATING)).copied());
-            flight.put(&output);
         }
         flight.reports.extend(probe.poll(probe.poll_budget()));
         flight.diagnoses.extend(probe.take_diagnosis());
@@ -117,7 +119,7 @@ pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Re
     trace.all_read()?;
     let flown = result(trace, options)?;
     if let Some(file) = &beside.attitude {
-        write_attitude_csv(flown.flight.outputs(), file)?;
+        write_attitude_csv(flown.flight.rows(), file)?;
     }
     if let Some(file) = &beside.html {
         let Result { trace, config, flight, .. } = &flown;
@@ -135,5 +137,5 @@ pub(super) fn fly(path: &Path, options: &Options, beside: &Beside) -> anyhow::Re
     // Drop the flight first: it need not be in memory beside the values that are read from its JSON.
     drop(flown);
     // By way of the text: a number is then the one that a reader of the JSON has.
-    Ok(Part { error: None, result: serde_json::from_str(&json)?, surveys })
+    Ok(Part { recording: None, error: None, result: serde_json::from_str(&json)?, surveys })
 }

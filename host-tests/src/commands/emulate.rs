@@ -11,7 +11,7 @@ use super::{
 use crate::{
     console::told,
     failure::Failure,
-    flight::{configuration::frozen_from_us, through_sensors},
+    flight::{configuration::frozen_from_us, fly_on, started, through_sensors},
     target::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
@@ -42,7 +42,7 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     let feed = if *direct { Feed::Direct } else { Feed::ThroughSensors };
     let recorded = if *direct { trace.samples.clone() } else { through_sensors::each_field_once(&trace.samples) };
     let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
-    let emulated = fly_emulated(&config, freeze_at_us, &recorded, feed)?;
+    let mut emulated = fly_emulated(&config, freeze_at_us, &recorded, feed)?;
     let played = (!direct).then(|| through_sensors::play(&recorded, config.sample_period_us));
     if let Some(played) = &played {
         let (there, here) = (emulated.sampling.map(|sampling| sampling.counts), played.counts);
@@ -51,6 +51,9 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
         }
         trace.samples.clone_from(&played.samples);
     }
+    // The chip tells its windows only.
+    emulated.flight.completed_by(fly_on(started(&config, freeze_at_us, None)?, &trace, |_| {}));
+    emulated.flight.note_refused(&mut trace);
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
     let mut out = told();
     for line in emulated.cost_lines() {

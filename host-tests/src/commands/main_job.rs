@@ -239,11 +239,12 @@ struct Flown {
 fn flown(config: &Config, trace: &Trace) -> anyhow::Result<Flown> {
     let freeze_us = freeze_at_us(trace, HOLD_OUT);
     match fly_emulated(config, Some(freeze_us), &trace.samples, Feed::Direct) {
-        Ok(emulated) => Ok(Flown {
-            flight: emulated.flight.clone(),
-            emulated: Some(emulated),
-            place: "Flown by the firmware on the emulated Cortex-M4F (STM32F405, QEMU).".to_owned(),
-        }),
+        Ok(emulated) => {
+            let mut flight = emulated.flight.clone();
+            flight.completed_by(fly_frozen(config, freeze_us, &trace.samples)?);
+            let place = "Flown by the firmware on the emulated Cortex-M4F (STM32F405, QEMU).".to_owned();
+            Ok(Flown { flight, emulated: Some(emulated), place })
+        }
         Err(EmulateError::Missing(missing)) => Ok(Flown {
             flight: fly_frozen(config, freeze_us, &trace.samples)?,
             emulated: None,

@@ -161,6 +161,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     }
     let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
     let flight = fly_with_bar(started(&config, freeze_at_us, stored_model(args)?.as_ref())?, &trace);
+    flight.note_refused(&mut trace);
     deliver(args, &trace, &config, &flight, "on this machine")?;
     if let Some(played) = &played {
         through_sensors::report(&mut told(), &config, &recorded, played)?;
@@ -244,10 +245,10 @@ pub fn deliver(
     let reference = score::score(trace, flight, &score::Settings::of(trace, config, flight));
     let diagnosed = diagnosed(trace, config, flight);
     if let Some(path) = &args.attitude {
-        write_attitude_csv(flight.outputs(), path)?;
+        write_attitude_csv(flight.rows(), path)?;
     }
     if let Some(path) = &args.rates {
-        write_rates_csv(flight.outputs(), path)?;
+        write_rates_csv(flight.rows(), path)?;
     }
     let taken = if args.surveys.is_some() || args.json.is_some() {
         let mut taken = surveys(probe()?, trace)?;

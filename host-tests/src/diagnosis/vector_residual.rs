@@ -145,6 +145,39 @@ fn parted(effects: &ActiveEffects, without: u8) -> [ActiveEffects; 2] {
     parts
 }
 
+/// Models of a flight and the sample from which each flies, microseconds.
+type Stepping = VecDeque<(u64, GyroModel, ActiveEffects)>;
+
+/// Models that flew; those of the windows where no others are known.
+fn flown(config: &Config, flight: &Flight) -> Stepping {
+    if !flight.models.is_empty() {
+        return flight.models.iter().map(|flying| (flying.from_us, flying.gyro, flying.effects())).collect();
+    }
+    let models = flight.reports.iter().filter_map(|report| Some((report.t_effect_us?, Some(report.flown), None)));
+    let conclusive = flight.diagnoses.iter().filter(|report| report.is_conclusive());
+    let effects = conclusive.map(|report| (report.t_effect_us, None, Some(report.active())));
+    let mut steps: Vec<_> = models.chain(effects).collect();
+    steps.sort_by_key(|(t_us, ..)| *t_us);
+    let (mut gyro, mut active) = (config.gyro, ActiveEffects::none());
+    let step = |(t_us, model, effects): (u64, Option<GyroModel>, Option<ActiveEffects>)| {
+        gyro = model.unwrap_or(gyro);
+        active = effects.unwrap_or(active);
+        (t_us, gyro, active)
+    };
+    steps.into_iter().map(step).collect()
+}
+
+/// The factory's P with each window's bias; before the first window's result with the bias that flies.
+fn bias_only(config: &Config, flight: &Flight) -> Stepping {
+    let mut windows: Vec<_> = flight.reports.iter().filter_map(|report| Some((report.t_effect_us?, report))).collect();
+    windows.sort_by_key(|(t_us, _)| *t_us);
+    let first_us = windows.first().map_or(u64::MAX, |(t_us, _)| *t_us);
+    let before = flight.models.iter().take_while(|flying| flying.from_us < first_us);
+    let before = before.map(|flying| (flying.from_us, GyroModel { b_rad_s: flying.gyro.b_rad_s, ..config.gyro }));
+    let after = windows.iter().map(|(t_us, report)| (*t_us, report.bias_only));
+    before.chain(after).map(|(t_us, model)| (t_us, model, ActiveEffects::none())).collect()
+}
+
 /// Residual angles of gravity and field of a trace compensated in one way, from `from_s` on. `seen` gets every
 /// reading.
 fn read(
@@ -162,9 +195,7 @@ fn read(
     } else {
         Vector3::zeros()
     };
-    let mut models: VecDeque<_> = flight.reports.iter().filter_map(|r| Some((r.t_effect_us?, r))).collect();
-    models.make_contiguous().sort_by_key(|&(t_us, _)| t_us);
-    let mut diagnoses: VecDeque<_> = flight.diagnoses.iter().filter(|r| r.is_conclusive()).collect();
+    let mut models = if corrected { flown(config, flight) } else { bias_only(config, flight) };
     let (mut model, mut effects): (GyroModel, ActiveEffects) = (config.gyro, ActiveEffects::none());
     let mut segments = Segments { start_s: from_s, readings: VecDeque::new(), angles: [vec![], vec![]] };
     // Differences under a microsecond are rounding.
@@ -173,13 +204,9 @@ fn read(
     let mut last: Option<(f64, Vector3<f64>, UnitQuaternion<f64>)> = None;
     for sample in trace.samples() {
         let sample = &sample;
-        while let Some((_, report)) = models.front().filter(|(t_us, _)| *t_us <= sample.t_us) {
-            model = if corrected { report.flown } else { report.bias_only };
+        while let Some((_, next, active)) = models.front().filter(|(t_us, ..)| *t_us <= sample.t_us) {
+            (model, effects) = (*next, *active);
             models.pop_front();
-        }
-        while let Some(report) = diagnoses.front().filter(|report| report.t_effect_us <= sample.t_us) {
-            effects = report.active();
-            diagnoses.pop_front();
         }
         let t_s = sample.t_us as f64 * 1e-6;
         let missing = sample.flags.contains(SampleFlags::GYRO_MISSING);
@@ -223,12 +250,12 @@ fn read(
 /// Mean rate that one effect adds to the gyro's reading, rad/s.
 fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, index: u8) -> Vector3<f32> {
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
-    let (Some(last), Some(window)) = (last, flight.reports.last()) else { return Vector3::zeros() };
+    let (Some(last), Some(model)) = (last, flight.last_model()) else { return Vector3::zeros() };
     let [_, own] = parted(&last.active(), index);
     let from_us = flight.frozen_at_us.unwrap_or_else(|| trace.first_us());
     let (mut sum, mut count) = (Vector3::zeros(), 0.0);
     for sample in trace.samples().filter(|sample| sample.t_us >= from_us) {
-        let before = moment(&sample, config, &window.flown, None);
+        let before = moment(&sample, config, model, None);
         let mut after = before;
         own.correct(library, &mut after);
         sum += before.rate_rad_s - after.rate_rad_s;

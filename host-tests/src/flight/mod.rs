@@ -8,7 +8,7 @@ mod watched;
 
 use meerkat_mwd::{
     Config, Probe, Sample,
-    compensation::{Effect, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, effects::LIBRARY},
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::{Decision, WindowReport},
@@ -21,7 +21,7 @@ pub use watched::{Calibrated, Watched, dynamics, surveys, watched, worst_second}
 
 use crate::{
     failure::Failure,
-    trace::{Trace, spool::Spool},
+    trace::{Trace, seconds, spool::Spool},
 };
 
 /// Result of one run of the pipeline over a trace, on the host or on the emulated chip.
@@ -41,6 +41,44 @@ pub struct Flight {
     pub frozen_at_us: Option<u64>,
     /// Outputs that are in a temporary file, as those of a spooled trace are.
     pub spooled: Option<Spool<Output>>,
+    /// Models that flew, in order; those between windows too. Empty where only the windows are known, as of a flight on
+    /// the emulated chip.
+    pub models: Vec<Flying>,
+    /// Samples that the probe refused for their time: place among all samples, and time in microseconds.
+    pub refused: Vec<(usize, u64)>,
+}
+
+/// Models that fly from a sample on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flying {
+    /// Time of that sample, microseconds.
+    pub from_us: u64,
+    /// Model of the gyro.
+    pub gyro: GyroModel,
+    effects: Vec<FoundEffect>,
+}
+
+impl Flying {
+    /// Models with which a probe has flown its last sample.
+    #[must_use]
+    pub fn of(probe: &Probe, sample: &Sample) -> Self {
+        let effects = probe.effects().iter().copied().collect();
+        Self { from_us: sample.t_us, gyro: *probe.gyro_model(), effects }
+    }
+
+    /// Effects that are taken out.
+    #[must_use]
+    pub fn effects(&self) -> ActiveEffects {
+        let mut active = ActiveEffects::none();
+        for effect in &self.effects {
+            active.add(*effect);
+        }
+        active
+    }
+
+    fn flies_in(&self, probe: &Probe) -> bool {
+        self.gyro == *probe.gyro_model() && self.effects.iter().eq(probe.effects().iter())
+    }
 }
 
 impl Flight {
@@ -50,8 +88,14 @@ impl Flight {
         Self { spooled: trace.is_spooled().then(Spool::default), ..Self::default() }
     }
 
-    /// Appends an output.
-    pub fn put(&mut self, output: &Output) {
+    /// Takes in a sample that a probe has flown, with its output; without one the probe refused it for its time.
+    pub fn flown(&mut self, probe: &Probe, sample: &Sample, output: Option<&Output>) {
+        let Some(output) = output else {
+            return self.refused.push((self.output_count() + self.refused.len(), sample.t_us));
+        };
+        if !self.models.last().is_some_and(|last| last.flies_in(probe)) {
+            self.models.push(Flying::of(probe, sample));
+        }
         match &mut self.spooled {
             Some(spooled) => spooled.push(output),
             None => self.outputs.push(*output),
@@ -71,6 +115,53 @@ impl Flight {
     #[must_use]
     pub fn output_count(&self) -> usize {
         self.spooled.as_ref().map_or(self.outputs.len(), Spool::len)
+    }
+
+    /// The outputs, one a sample: `None` for one that was refused.
+    pub fn by_sample(&self) -> impl Iterator<Item = Option<Output>> + '_ {
+        let (mut outputs, mut refused) = (self.outputs(), self.refused.iter().peekable());
+        (0_usize..).map_while(move |place| match refused.next_if(|(at, _)| *at == place) {
+            Some(_) => Some(None),
+            None => outputs.next().map(Some),
+        })
+    }
+
+    /// Rows of a file with one row a sample: without any number for one that was refused.
+    pub fn rows(&self) -> impl Iterator<Item = Output> + '_ {
+        let mut refused = self.refused.iter();
+        self.by_sample().map(move |output| {
+            output.unwrap_or_else(|| {
+                let t_us = refused.next().map_or(0, |(_, t_us)| *t_us);
+                Output { t_us, rate_rad_s: [f32::NAN; 3], attitude: None }
+            })
+        })
+    }
+
+    /// Adds to the trace's notes how many of its samples were refused.
+    pub fn note_refused(&self, trace: &mut Trace) {
+        if let Some((_, first_us)) = self.refused.first() {
+            let (count, first) = (self.refused.len(), seconds(*first_us));
+            trace.notes.push(format!(
+                "{count} samples refused for their time, the first at {first} s: it is more than 10 s after the sample before"
+            ));
+        }
+    }
+
+    /// Model of the gyro that flies at the end; `None`: none but the factory's ever flew.
+    #[must_use]
+    pub fn last_model(&self) -> Option<&GyroModel> {
+        let of_windows = || self.reports.last().map(|report| &report.flown);
+        self.models.last().map(|last| &last.gyro).or_else(of_windows)
+    }
+
+    /// Takes models and refused samples from a flight of the same samples elsewhere, if its rates are the same bits.
+    pub fn completed_by(&mut self, same: Self) {
+        let bits = |flight: &Self| -> Vec<_> {
+            flight.outputs().map(|output| (output.t_us, output.rate_rad_s.map(f32::to_bits))).collect()
+        };
+        if bits(self) == bits(&same) {
+            (self.models, self.refused) = (same.models, same.refused);
+        }
     }
 
     /// The first error of the temporary file, behind which outputs may lack.
@@ -194,9 +285,8 @@ fn fly_at(
     mut progress: impl FnMut(usize),
 ) -> Flight {
     for (flown, sample) in samples.enumerate() {
-        if let Some(output) = probe.push(&sample) {
-            flight.put(&output);
-        }
+        let output = probe.push(&sample);
+        flight.flown(&probe, &sample, output.as_ref());
         let budget = if pace == Pace::OfADesk { u32::MAX } else { probe.poll_budget() };
         flight.reports.extend(probe.poll(budget));
         flight.diagnoses.extend(probe.take_diagnosis());

@@ -120,8 +120,9 @@ impl Tracks<Integrated> {
     /// one delay can be taken out of all four tracks alike. Nothing changes if outputs and samples do not pair up: then
     /// only the times of validity are known.
     pub(super) fn fly_at_acquisition(&mut self, trace: &Trace, flight: &Flight, gap_s: f64, asked: &Asked) {
-        let are_paired = flight.output_count() == trace.len();
-        let mut times = trace.samples().zip(flight.outputs()).map(|(sample, output)| [sample.t_us, output.t_us]);
+        let are_paired = flight.output_count() + flight.refused.len() == trace.len();
+        let paired = || trace.samples().zip(flight.by_sample()).filter_map(|(sample, output)| Some((sample, output?)));
+        let mut times = paired().map(|(sample, output)| [sample.t_us, output.t_us]);
         // Without a lag it is there already.
         if !are_paired || times.all(|[sample_us, output_us]| sample_us == output_us) {
             return;
@@ -129,8 +130,7 @@ impl Tracks<Integrated> {
         // Before the other is made: of ten hours each takes eight megabytes.
         self.with_effects = Integrator::new(gap_s, asked).ended();
         let (start_us, mut flown) = (trace.first_us(), Integrator::new(gap_s, asked));
-        let paired = trace.samples().zip(flight.outputs());
-        paired.for_each(|(sample, o)| flown.push(seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s)));
+        paired().for_each(|(sample, o)| flown.push(seconds_since(start_us, sample.t_us), flown_rate(o.rate_rad_s)));
         self.with_effects = flown.ended();
     }
 }

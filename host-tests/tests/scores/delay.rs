@@ -53,3 +53,40 @@ fn a_lag_that_the_flight_took_out_counts_in_the_raw_score_and_is_not_taken_out_t
     close(scores.orientation_2s_rms_time_aligned_deg.with_effects, 0.0, 2e-3);
     close(scores.orientation_2s_rms_time_aligned_deg.bias_only, 0.0, 2e-3);
 }
+
+/// The first sample behind a long gap is refused: it has no output, and all others keep their own sample's time.
+#[test]
+fn a_refused_sample_moves_no_output_to_another_samples_time() {
+    let mut trace = trace(3_500, 60, swing, |t| swing_rate(t - 0.0035));
+    for sample in trace.samples.iter_mut().filter(|sample| sample.t_us >= 30_000_000) {
+        sample.t_us += 11_000_000;
+    }
+    let place = trace.samples.iter().position(|sample| sample.t_us >= 41_000_000).unwrap();
+    let mut flight = flight(&trace, unturned);
+    flight.outputs.remove(place);
+    flight.outputs.iter_mut().for_each(|output| output.t_us = output.t_us.saturating_sub(3_500));
+    flight.refused = vec![(place, trace.samples[place].t_us)];
+    assert_eq!(flight.by_sample().count(), trace.samples.len());
+    assert!(flight.by_sample().nth(place).unwrap().is_none());
+    let scores = score(&trace, &flight, &from(3_500)).unwrap();
+    close(scores.time_alignment_ms, 3.5, 0.1);
+    close(scores.orientation_2s_rms_time_aligned_deg.with_effects, 0.0, 2e-3);
+    close(scores.orientation_2s_rms_time_aligned_deg.bias_only, 0.0, 2e-3);
+}
+
+/// Both scores are over the windows that are there with the delay and without: here the last one, which ends with the
+/// last sample and of which the reference is wrong, is there only without.
+#[test]
+fn a_delay_leaves_the_windows_that_are_scored() {
+    let mut trace = trace(3_500, 60, swing, |t| swing_rate(t - 0.004));
+    // Thirty windows of 571 steps each.
+    trace.samples.truncate(30 * 571 + 1);
+    trace.reference.truncate(30 * 571 + 1);
+    let clean = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
+    if let Some(last) = trace.reference.last_mut() {
+        *last = Some([0.0, 1.0, 0.0, 0.0]);
+    }
+    let wrong = score(&trace, &flight(&trace, unturned), &from(0)).unwrap();
+    assert!(wrong.time_alignment_ms.is_some());
+    assert_eq!(wrong.orientation_2s_rms_deg, clean.orientation_2s_rms_deg);
+}

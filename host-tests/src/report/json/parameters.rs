@@ -31,11 +31,11 @@ impl Parameters {
         Self { p, b_rad_s: model.b_rad_s, sigma, observable, rank, is_prior: false }
     }
 
-    /// The model that flies after the last window. Its uncertainty is that of the last accepted window; the
-    /// prior's if none was, and then the bias comes from rest or from the factory.
+    /// The model that flies at the end. Its uncertainty is that of the last accepted window; the prior's if none was,
+    /// and then the model comes from updates between windows, from a stored model or from the factory.
     #[must_use]
     pub fn at_the_end(config: &Config, flight: &Flight) -> Self {
-        let model = flight.reports.last().map_or(&config.gyro, |report| &report.flown);
+        let model = flight.last_model().unwrap_or(&config.gyro);
         match flight.standing() {
             Some(report) => Self::new(model, report.sigma, report.observable, report.rank),
             None => Self { is_prior: true, ..Self::new(model, prior_sigma(config), [false; 12], 0) },
