@@ -83,10 +83,25 @@ fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
         for (column, value) in [
             ("identification_final_P_4", &json["identification"]["final"]["P"][4]),
             ("identification_final_sigma_11", &json["identification"]["final"]["sigma"][11]),
+            (
+                "reference_orientation_2s_rms_deg_with_effects",
+                &json["reference"]["orientation_2s_rms_deg"]["with_effects"],
+            ),
             ("reference_attitude_rms_deg_total", &json["reference"]["attitude_rms_deg"]["total"]),
         ] {
             assert_eq!(row[column], Field::Double(value.as_f64().unwrap()), "{column}");
         }
+        let aligned = &json["reference"]["orientation_2s_rms_time_aligned_deg"]["with_effects"];
+        let aligned = aligned.as_f64().map_or(Field::Null, Field::Double);
+        assert_eq!(row["reference_orientation_2s_rms_time_aligned_deg_with_effects"], aligned);
+        assert_eq!(
+            row["identification_motion_from"],
+            Field::Str(json["identification"]["motion_from"].as_str().unwrap().into())
+        );
+        let notes = json["trace"]["notes"].as_array().unwrap();
+        let Field::Str(told) = &row["notes"] else { panic!("{row:?}") };
+        assert_eq!(told.lines().count(), notes.len());
+        assert!(matches!(&row["recording"], Field::Str(hash) if hash.len() == 32 && row["hash"] != row["recording"]));
         let mine = |row: &&BTreeMap<String, Field>| row["path"] == Field::Str(text(path).into());
         let expected = json["identification"]["windows"].as_array().unwrap();
         let found: Vec<_> = windows.iter().filter(mine).collect();

@@ -331,6 +331,15 @@ fn what_lacks_something_gets_its_verdict_or_its_error() {
     with_gaps.write(Path::new(path)).unwrap();
     let (status, text) = mwd(&["diagnose", path, "--against-reference"]);
     assert!(status == Some(0) && text.contains("verdict"), "{text}");
+    // The reference is not scored against itself, and the configuration is the one that flew.
+    let json = directory.path().join("out.json");
+    let (status, _) = mwd(&["diagnose", path, "--against-reference", "--json", json.to_str().unwrap()]);
+    assert_eq!(status, Some(0));
+    let result: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    assert!(result["reference"]["attitude_rms_deg"]["total"].is_null(), "{}", result["reference"]);
+    assert!(result["reference"]["orientation_2s_rms_deg"]["with_effects"].is_number(), "{}", result["reference"]);
+    let flown = &result["configuration"]["identification"];
+    assert!(flown["vectors_from_reference"] == true && flown["latency_s"].as_f64().unwrap() < 0.2, "{flown}");
     let (status, text) = mwd(&["replay", path, "--no-effects"]);
     assert!(status == Some(0) && text.contains("not looked for"), "{text}");
 }

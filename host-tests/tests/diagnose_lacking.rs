@@ -116,7 +116,7 @@ fn a_reference_with_gaps_is_used_where_it_is() {
         let with = |keep: fn(usize) -> bool| {
             let mut trace = whole.clone();
             trace.reference.iter_mut().enumerate().for_each(|(i, q)| *q = q.filter(|_| keep(i)));
-            against_reference(&trace, &of_trace(&trace), None).map(|(_, diagnosed)| diagnosed)
+            against_reference(&trace, &of_trace(&trace), None).map(|(_, diagnosed, _)| diagnosed)
         };
         let gaps = with(|i| i % 1_000 > 50 && !(6_000..6_500).contains(&i)).unwrap();
         let mut found = names(&gaps);

@@ -8,9 +8,9 @@ use std::{fs, path::Path};
 
 use chrono::{Days, NaiveDate};
 use mwd::{
-    fleet::{Parameters, Recording, Standing, Window, drift::probes, read},
+    fleet::{Parameters, Recording, Standing, Window, drift::probes, read, read_and_replaced},
     report::html::{fleet::page, write_page},
-    simulate::{Scenario, simulate},
+    simulate::{Effects, Scenario, simulate},
 };
 use rig::{
     browser::{browser, is_legible, told, told_by},
@@ -104,6 +104,57 @@ fn a_recording_whose_signs_cannot_be_is_not_sound() {
     assert!(page.contains(why) && unbalanced(&page).is_empty());
 }
 
+/// An error that was found and is not taken out stands against a recording.
+#[test]
+fn an_error_that_is_left_in_is_not_sound() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let effects = Effects { accel_bias_m_s2: [2.0, -1.5, 1.0], ..Effects::default() };
+    let mut scenario = Scenario { duration_s: 120.0, effects, ..Scenario::default() };
+    scenario.hole.inclination_deg = 45.0;
+    let trace = simulate(&scenario, 1).0;
+    trace.write(&at("biased.csv")).unwrap();
+    let (results, html) = (at("all.parquet"), at("fleet.html"));
+    let output = mwd(&["batch", text(&at("biased.csv")), "-o", text(&results), "--html", text(&html)]);
+    assert!(output.status.success(), "{output:?}");
+    let read = read(&[&results]).unwrap();
+    let [biased] = &read[..] else { panic!("{read:?}") };
+    assert_eq!((biased.standing, biased.standing.is_sound()), (Standing::LeftIn, false), "{biased:?}");
+    assert!(!biased.left.is_empty() && biased.left.iter().all(|name| biased.effects.contains(name)));
+    let page = fs::read_to_string(&html).unwrap();
+    assert!(page.contains("1 of 1 recording should be looked at: 1 with an error that was found and is left in."));
+    let said = String::from_utf8(mwd(&["diagnose", text(&at("biased.csv"))]).stdout).unwrap();
+    assert!(said.contains(&format!("an error that was found is left in: {}", biased.left[0])), "{said}");
+    assert!(!said.contains("what is left is small") && !said.contains("larger than"), "{said}");
+}
+
+/// Recordings are known by their bytes and their file's name, not by the path as it was typed: those of two sites may
+/// have one path.
+#[test]
+fn tables_of_two_sites_do_not_overwrite_each_other() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("elsewhere")).unwrap();
+    let of_seed = |seed| simulate(&Scenario { duration_s: 15.0, ..scenario("drilling_45deg") }, seed).0;
+    let batch = |input: &str, table: &str| {
+        let output = mwd(&["batch", text(&at(input)), "-o", text(&at(table))]);
+        assert!(output.status.success(), "{output:?}");
+    };
+    of_seed(1).write(&at("run.csv")).unwrap();
+    batch("run.csv", "one.parquet");
+    fs::copy(at("run.csv"), at("elsewhere/run.csv")).unwrap();
+    of_seed(2).write(&at("run.csv")).unwrap();
+    batch("run.csv", "two.parquet");
+    batch("elsewhere/run.csv", "three.parquet");
+    let tables = ["one.parquet", "two.parquet", "three.parquet"].map(at);
+    let (recordings, replaced) = read_and_replaced(&tables[..2]).unwrap();
+    assert_eq!((recordings.len(), replaced.len()), (2, 0), "{recordings:?}");
+    let (recordings, replaced) = read_and_replaced(&tables).unwrap();
+    assert_eq!(recordings.len(), 2, "{recordings:?}");
+    let [told] = &replaced[..] else { panic!("{replaced:?}") };
+    assert!(told.starts_with("1 recordings of ") && told.contains("one.parquet"), "{told}");
+}
+
 /// A recording of a probe `days` into the year whose axis x reads `percent` too little.
 fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standing) -> Recording {
     let mut last = Parameters { sigma: [0.001; 12], b_rad_s: [0.01, -0.02, 0.005], ..Parameters::default() };
@@ -125,6 +176,8 @@ fn recording(name: &str, serial: &str, days: u64, percent: f64, standing: Standi
         standing,
         error: (standing == Standing::NotFlown).then(|| "line 3, column gy: \"oops\" is not a number".to_owned()),
         effects: if name.ends_with('3') { vec!["mag_lag".to_owned()] } else { Vec::new() },
+        left: Vec::new(),
+        has_notes: false,
         duration_s: Some(600.0),
         last: (standing != Standing::NotFlown).then_some(last),
         field_deg: [Some(2.0), Some(0.4)],

@@ -47,6 +47,14 @@ impl Key {
         Self::from(Sha256::new_with_prefix(path.to_string_lossy().as_bytes()))
     }
 
+    /// The hash of a file's bytes alone, whatever flies it; `None` if it cannot be read.
+    #[must_use]
+    pub fn of_bytes(path: &Path) -> Option<Self> {
+        let mut hash = Sha256::new();
+        add(&mut hash, path).ok()?;
+        Some(Self::from(hash))
+    }
+
     fn from(hash: Sha256) -> Self {
         Self(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
     }

@@ -126,13 +126,14 @@ fn one(path: &Path, parts: &Parts, options: &Options) -> std::result::Result<(Ke
 
 /// Flies one recording: its part, and whether the same recording with the same options gives that again.
 fn flown_or_refused(path: &Path, options: &Options, beside: &Beside) -> (Part, bool) {
-    match catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, beside))) {
+    let (part, is_of_the_input) = match catch_unwind(AssertUnwindSafe(|| flown::fly(path, options, beside))) {
         Ok(Ok(part)) => (part, true),
         Ok(Err(error)) => {
             (Part::refused(without_path(&error.to_string(), path)).of_probe(path), is_of_the_input(&error))
         }
         Err(_) => (Part::refused("a defect of this program: it panicked".into()).of_probe(path), true),
-    }
+    };
+    (Part { recording: Key::of_bytes(path).map(|hash| hash.text().to_owned()), ..part }, is_of_the_input)
 }
 
 /// Returns true if the same recording with the same options fails so again.

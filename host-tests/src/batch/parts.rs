@@ -19,6 +19,8 @@ pub const ENDING: &str = ".parts";
 /// Result of one recording, without its path: two copies of a file have one result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
+    /// Hash of the recording's bytes alone; none if it cannot be read.
+    pub recording: Option<String>,
     /// Why there is no result.
     pub error: Option<String>,
     /// The result as `--json` writes it; null if there is none.

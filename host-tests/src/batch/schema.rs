@@ -36,7 +36,10 @@ pub const RECORDINGS: &[Column] = &[
     ("windows_accepted", Count),
     ("stations", Count),
     ("effects", Text),
+    ("effects_left", Text),
     ("wrong", Text),
+    ("notes", Text),
+    ("recording", Text),
     ("trace.serial", Text),
     ("trace.date", Text),
     ("trace.samples", Count),
@@ -52,6 +55,7 @@ pub const RECORDINGS: &[Column] = &[
     ("trace.dropped.repeated", Count),
     ("trace.dropped.late", Count),
     ("identification.motion", Text),
+    ("identification.motion_from", Text),
     ("identification.note", Text),
     ("identification.hold_out_from_s", Number),
     ("identification.final.P[9]", Number),
@@ -70,6 +74,15 @@ pub const RECORDINGS: &[Column] = &[
     ("reference.orientation_2s_rms_deg.bias_only", Number),
     ("reference.orientation_2s_rms_deg.twelve_parameters", Number),
     ("reference.orientation_2s_rms_deg.with_effects", Number),
+    ("reference.orientation_2s_rms_time_aligned_deg.uncompensated", Number),
+    ("reference.orientation_2s_rms_time_aligned_deg.bias_only", Number),
+    ("reference.orientation_2s_rms_time_aligned_deg.twelve_parameters", Number),
+    ("reference.orientation_2s_rms_time_aligned_deg.with_effects", Number),
+    ("reference.time_alignment_ms", Number),
+    ("reference.rest_gravity_deg.uncompensated", Number),
+    ("reference.rest_gravity_deg.bias_only", Number),
+    ("reference.rest_gravity_deg.twelve_parameters", Number),
+    ("reference.rest_gravity_deg.with_effects", Number),
     ("reference.attitude_rms_deg.total", Number),
     ("reference.attitude_rms_deg.heading", Number),
     ("reference.attitude_rms_deg.inclination", Number),
@@ -163,11 +176,15 @@ pub fn rows(path: &Path, key: &Key, part: &Part) -> [Vec<Value>; 3] {
     };
     let windows = part.result["identification"]["windows"].as_array().cloned().unwrap_or_default();
     let surveys = stations(&part.surveys);
-    let effects = part.result["diagnosis"]["effects"].as_array().into_iter().flatten();
-    let effects: Vec<&str> = effects.filter_map(|effect| effect["name"].as_str()).collect();
+    let effects = |which: fn(&Value) -> bool| {
+        let all = part.result["diagnosis"]["effects"].as_array().into_iter().flatten();
+        all.filter(|effect| which(effect)).filter_map(|effect| effect["name"].as_str()).collect::<Vec<_>>().join(",")
+    };
     // Each is a sentence, with commas of its own.
-    let wrong = part.result["trace"]["wrong"].as_array().into_iter().flatten();
-    let wrong: Vec<&str> = wrong.filter_map(Value::as_str).collect();
+    let sentences = |name: &str| {
+        let all = part.result["trace"][name].as_array().into_iter().flatten();
+        all.filter_map(Value::as_str).collect::<Vec<_>>().join("\n")
+    };
     let accepted = windows.iter().filter(|window| window["accepted"] == true).count();
     let is_ok = part.error.is_none();
     let counted = |value: Value| if is_ok { value } else { Value::Null };
@@ -179,8 +196,11 @@ pub fn rows(path: &Path, key: &Key, part: &Part) -> [Vec<Value>; 3] {
             ("windows", counted(json!(windows.len()))),
             ("windows_accepted", counted(json!(accepted))),
             ("stations", counted(json!(surveys.len()))),
-            ("effects", counted(json!(effects.join(",")))),
-            ("wrong", counted(json!(wrong.join("\n")))),
+            ("effects", counted(json!(effects(|_| true)))),
+            ("effects_left", counted(json!(effects(|effect| effect["taken_out"] == false)))),
+            ("wrong", counted(json!(sentences("wrong")))),
+            ("notes", counted(json!(sentences("notes")))),
+            ("recording", json!(part.recording)),
         ],
     );
     let numbered = windows.into_iter().enumerate().map(|(index, window)| with(window, vec![("window", json!(index))]));

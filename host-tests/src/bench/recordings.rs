@@ -70,7 +70,7 @@ fn play(path: &Path) -> anyhow::Result<Played> {
     let flight = fly_frozen(&config, freeze_us, &trace.samples)?;
     let without = way(&trace, &config, &flight, &diagnosed(&trace, &config, &flight));
     let against = if has_dense_reference(&trace) {
-        let (flight, diagnosed) = against_reference(&trace, &config, Some(freeze_us))?;
+        let (flight, diagnosed, _) = against_reference(&trace, &config, Some(freeze_us))?;
         Some(way(&trace, &config, &flight, &diagnosed))
     } else {
         None

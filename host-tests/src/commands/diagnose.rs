@@ -22,7 +22,7 @@ use crate::{
         plain_words,
         window_note::missing,
     },
-    score,
+    score::{self, AttitudeRms},
     trace::Trace,
 };
 
@@ -82,20 +82,25 @@ impl DiagnoseArgs {
 /// # Errors
 /// Bad input or usage; see [`crate::commands::exit_status::exit_status`].
 pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
-    let (trace, config) = prepare(&args.as_replay(), Trace::read)?;
+    let (mut trace, config) = prepare(&args.as_replay(), Trace::read)?;
     let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
-    let (flight, diagnosed) = if args.against_reference {
+    let (flight, diagnosed, flown_with) = if args.against_reference {
         against_reference(&trace, &config, freeze_at_us)?
     } else {
         let flight = fly_with_bar(started(&config, freeze_at_us, None)?, &trace);
         let diagnosed = diagnosed(&trace, &config, &flight);
-        (flight, diagnosed)
+        (flight, diagnosed, config)
     };
-    let reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config, &flight));
+    flight.note_refused(&mut trace);
+    let mut reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config, &flight));
+    if let Some(reference) = reference.as_mut().filter(|_| args.against_reference) {
+        // The attitude came from the reference's own vertical and north.
+        reference.attitude_rms_deg = AttitudeRms::default();
+    }
     if let Some(path) = &args.json {
         let mut taken = surveys(started(&config, freeze_at_us, None)?, &trace)?;
         taken.iter_mut().for_each(|report| trace.grade(report));
-        result_json(&trace, &config, &flight, &diagnosed, reference).with_surveys(&taken).write(path)?;
+        result_json(&trace, &flown_with, &flight, &diagnosed, reference).with_surveys(&taken).write(path)?;
     }
     if let Some(path) = &args.html {
         // On the bench the vectors are the reference's: those of the recording did not fly.
@@ -105,7 +110,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
             path,
             &page(&Told {
                 trace: &trace,
-                config: &config,
+                config: &flown_with,
                 flight: &flight,
                 diagnosed: &diagnosed,
                 reference: reference.as_ref(),

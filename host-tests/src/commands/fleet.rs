@@ -12,7 +12,7 @@ use crate::{
     batch::Key,
     console::told,
     failure::Failure,
-    fleet::{Recording, drift::probes, read},
+    fleet::{Recording, drift::probes, read_and_replaced},
     report::html::{fleet, write_page},
 };
 
@@ -41,7 +41,7 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
     if args.tables.iter().any(|table| same_file(table, &args.html)) {
         return Err(Failure::BadInput(format!("{}: the page would overwrite a table", args.html.display())).into());
     }
-    let mut recordings = read(&args.tables)?;
+    let (mut recordings, replaced) = read_and_replaced(&args.tables)?;
     if let Some(folder) = &args.html_dir {
         link(&mut recordings, folder, &args.html);
     }
@@ -49,6 +49,11 @@ pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
     let mut out = told();
     writeln!(out, "{}", fleet::verdict(&recordings).1)?;
     list(&mut out, recordings.iter().filter(|recording| !recording.standing.is_sound()))?;
+    replaced.iter().try_for_each(|line| writeln!(out, "{line}."))?;
+    let noted = recordings.iter().filter(|recording| recording.has_notes).count();
+    if noted > 0 {
+        writeln!(out, "{noted} recordings have notes: the column `notes` of the table tells them.")?;
+    }
     let drifting = probes(&recordings);
     let moving = drifting.iter().filter(|probe| probe.moves(drifting.len()).is_some()).count();
     if !drifting.is_empty() {

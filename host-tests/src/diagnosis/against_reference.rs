@@ -46,8 +46,8 @@ const DIP_DEG: f64 = 65.0;
 /// Latency of an identification on a desk, seconds.
 const AT_ONCE_S: f32 = 0.1;
 
-/// Tests gyro and vectors, each against the reference, and joins the findings. `freeze_at_us`: instant from which
-/// nothing new takes effect.
+/// Tests gyro and vectors, each against the reference, and joins the findings: the flight of the gyro, and the
+/// configuration that it flew with. `freeze_at_us`: instant from which nothing new takes effect.
 ///
 /// # Errors
 /// The trace has no reference or one at too few samples, or the configuration cannot be used.
@@ -55,7 +55,7 @@ pub fn against_reference(
     trace: &Trace,
     config: &Config,
     freeze_at_us: Option<u64>,
-) -> anyhow::Result<(Flight, Diagnosed)> {
+) -> anyhow::Result<(Flight, Diagnosed, Config)> {
     if trace.reference.iter().flatten().count() < 2 {
         let path = trace.path.display();
         return Err(
@@ -82,7 +82,8 @@ pub fn against_reference(
     reports.extend(of_vectors.reports.iter().copied());
     let verdict = joint(of_gyro.verdict, of_vectors.verdict);
     let Diagnosed { magnets, residual, residual_over_time, totals, .. } = of_vectors;
-    Ok((flight, Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time, totals }))
+    let diagnosed = Diagnosed { verdict, effects, magnets, reports, residual, residual_over_time, totals };
+    Ok((flight, diagnosed, config))
 }
 
 /// Returns true if the reference is dense enough to test against, wherever there is one: rates are taken from samples

@@ -7,6 +7,6 @@ mod vector_residual;
 
 pub use against_reference::{against_reference, has_dense_reference};
 pub(crate) use against_reference::{attitudes, vectors_from};
-pub use outcome::{Diagnosed, Found, aliases, diagnosed, rivals};
+pub use outcome::{Diagnosed, Found, HARD_IRON, aliases, diagnosed, rival_of_other_sensor, rivals, why_left_in};
 pub use totals::Totals;
 pub use vector_residual::{BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect};

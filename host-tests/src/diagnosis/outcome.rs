@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{
     Config,
-    compensation::Effect,
+    compensation::{Effect, Sensor},
     diagnosis::{DiagnosisReport, EffectReport, RemainderReport, Verdict},
     magnet::HardIronInterval,
 };
@@ -14,6 +14,9 @@ use super::{
     },
 };
 use crate::{flight::Flight, trace::Trace};
+
+/// Name under which a magnet is told.
+pub const HARD_IRON: &str = "hard_iron";
 
 /// Findings of a flight.
 #[derive(Clone)]
@@ -35,6 +38,14 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
+    /// Names of the errors that were found and stay in the readings: effects, and magnets whose field is not used.
+    #[must_use]
+    pub fn left_in(&self) -> Vec<&'static str> {
+        let effects = self.effects.iter().filter(|found| !found.report.is_taken_out()).map(|found| found.effect.name());
+        let magnets = self.magnets.iter().filter(|magnet| !magnet.corrected).map(|_| HARD_IRON);
+        effects.chain(magnets).collect()
+    }
+
     /// Correlates of an unexplained residual; `None` unless that is the verdict.
     #[must_use]
     pub fn remainder(&self) -> Option<&RemainderReport> {
@@ -61,6 +72,8 @@ pub struct Found {
     pub without: Option<WithoutEffect>,
     /// Names of effects that the data make as likely.
     rivals: Vec<&'static str>,
+    /// The one of them that is an error of the other vector sensor.
+    of_other_sensor: Option<&'static str>,
 }
 
 impl Found {
@@ -68,6 +81,12 @@ impl Found {
     #[must_use]
     pub fn residual_deg(&self) -> BeforeAfter {
         self.without.as_ref().map_or_else(BeforeAfter::default, |without| without.rms)
+    }
+
+    /// Why it is not taken out, in words that follow these; empty if it is, or if nothing is known of it.
+    #[must_use]
+    pub fn why_left_in(&self) -> String {
+        if self.report.is_taken_out() { String::new() } else { why_left_in(self.of_other_sensor) }
     }
 
     /// Names of what it may be instead: effects as likely on these data, then effects that no data could tell
@@ -125,6 +144,7 @@ pub(super) fn diagnosed_with(
             active_s: [from_us as f64 / 1e6, end_s],
             without: residual_without(library, trace, config, flight, report, &residual_over_time),
             rivals: rivals(report, library),
+            of_other_sensor: rival_of_other_sensor(report, library),
         });
     }
     let verdict = match reports.last().map_or(Verdict::NotEnoughExcitation, |last| last.verdict) {
@@ -146,9 +166,44 @@ pub(super) fn diagnosed_with(
     }
 }
 
+/// Name of a rival that is an error of the other vector sensor: which of the two errs is then not decided, and neither
+/// is taken out.
+#[must_use]
+pub fn rival_of_other_sensor(report: &EffectReport, library: &[&'static dyn Effect]) -> Option<&'static str> {
+    let own = library.get(usize::from(report.found.index))?.sensor();
+    let is_other = |sensor: Sensor| own != Sensor::Gyro && sensor != Sensor::Gyro && sensor != own;
+    let rivals = library.iter().enumerate().filter(|(index, _)| report.rivals >> index & 1 == 1);
+    rivals.map(|(_, effect)| *effect).find(|effect| is_other(effect.sensor())).map(|effect| effect.name())
+}
+
+/// Words on a rival of the other vector sensor, for behind "not taken out"; empty without one.
+#[must_use]
+pub fn why_left_in(of_other_sensor: Option<&str>) -> String {
+    of_other_sensor.map_or_else(String::new, |rival| format!(": {rival}, of the other sensor, is as likely"))
+}
+
 /// Names of the library's effects that are as likely as the one found.
 #[must_use]
 pub fn rivals(report: &EffectReport, library: &[&dyn Effect]) -> Vec<&'static str> {
     let is_rival = |(index, _): &(usize, &&dyn Effect)| report.rivals >> index & 1 == 1;
     library.iter().enumerate().filter(is_rival).map(|(_, effect)| effect.name()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_error_of_the_other_vector_sensor_is_told_as_a_reason() {
+        let library = &meerkat_mwd::compensation::effects::LIBRARY;
+        let place = |name: &str| library.iter().position(|effect| effect.name() == name).unwrap_or_default();
+        let mut report = EffectReport::default();
+        report.found.index = u8::try_from(place("accel_bias")).unwrap_or_default();
+        report.rivals = 1 << place("lever_arm") | 1 << place("gyro_lag");
+        assert_eq!(rival_of_other_sensor(&report, library), None);
+        report.rivals |= 1 << place("hard_iron");
+        assert_eq!(rival_of_other_sensor(&report, library), Some("hard_iron"));
+        assert_eq!(why_left_in(Some("hard_iron")), ": hard_iron, of the other sensor, is as likely");
+        assert_eq!(why_left_in(None), "");
+    }
 }

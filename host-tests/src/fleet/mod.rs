@@ -22,11 +22,13 @@ pub enum Standing {
     Wrong,
     /// More is left than noise accounts for.
     Unexplained,
+    /// An error was found that is not taken out.
+    LeftIn,
     /// The probe moved too little for any verdict.
     TooLittleMotion,
     /// Effects were not looked for.
     NotLookedFor,
-    /// Effects were found, and what is left is small.
+    /// Effects were found and taken out, and what is left is small.
     EffectsFound,
     /// P and b explain all.
     Sound,
@@ -34,10 +36,11 @@ pub enum Standing {
 
 impl Standing {
     /// All, the worst first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::NotFlown,
         Self::Wrong,
         Self::Unexplained,
+        Self::LeftIn,
         Self::TooLittleMotion,
         Self::NotLookedFor,
         Self::EffectsFound,
@@ -53,6 +56,7 @@ impl Standing {
         }
         match row.get("diagnosis_verdict").and_then(Value::as_str) {
             Some("model_sufficient") => Self::Sound,
+            Some("effects_found") if text(row, "effects_left").is_some_and(|left| !left.is_empty()) => Self::LeftIn,
             Some("effects_found") => Self::EffectsFound,
             Some("not_enough_excitation") => Self::TooLittleMotion,
             Some(_) => Self::Unexplained,
@@ -67,6 +71,7 @@ impl Standing {
             Self::NotFlown => "not flown",
             Self::Wrong => "units, signs or axes wrong",
             Self::Unexplained => "more left than noise",
+            Self::LeftIn => "an error was found and is left in",
             Self::TooLittleMotion => "moved too little",
             Self::NotLookedFor => "effects not looked for",
             Self::EffectsFound => "effects taken out",
@@ -154,13 +159,18 @@ pub struct Recording {
     pub error: Option<String>,
     /// Names of the effects that were found, each once.
     pub effects: Vec<String>,
+    /// Those of them that are not taken out.
+    pub left: Vec<String>,
+    /// True if something is to be said of the trace.
+    pub has_notes: bool,
     /// Length, seconds.
     pub duration_s: Option<f64>,
     /// P and b at the end; only where a window was accepted.
     pub last: Option<Parameters>,
     /// Field as the gyro predicts it over a second, against the measured one: before and after, degrees.
     pub field_deg: [Option<f64>; 2],
-    /// Two seconds of rotation against the reference, with the bias alone taken out and as flown, degrees.
+    /// Two seconds of rotation against the reference, with the bias alone taken out and as flown, degrees; with one
+    /// delay taken out where there is one.
     pub rotation_deg: [Option<f64>; 2],
     /// Its windows, in their order.
     pub windows: Vec<Window>,
@@ -168,13 +178,20 @@ pub struct Recording {
 
 impl Recording {
     fn of(row: &Row) -> Self {
-        let effects = text(row, "effects").unwrap_or_default();
-        let mut effects: Vec<String> = effects.split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect();
-        effects.sort();
-        effects.dedup();
+        let names = |column: &str| {
+            let names = text(row, column).unwrap_or_default();
+            let mut names: Vec<String> = names.split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect();
+            names.sort();
+            names.dedup();
+            names
+        };
         let accepted = number(row, "windows_accepted").unwrap_or(0.0);
         let both = |first: &str, second: &str| [first, second].map(|name| number(row, name));
-        let rotation = "reference_orientation_2s_rms_deg_";
+        let rotation = |kind: &str| {
+            let rotation = format!("reference_orientation_2s_rms_{kind}deg_");
+            both(&format!("{rotation}bias_only"), &format!("{rotation}with_effects"))
+        };
+        let aligned = rotation("time_aligned_");
         Self {
             path: text(row, "path").unwrap_or_default(),
             hash: text(row, "hash").unwrap_or_default(),
@@ -183,11 +200,13 @@ impl Recording {
             date: text(row, "trace_date").and_then(|date| date.parse().ok()),
             standing: Standing::of(row),
             error: text(row, "error").or_else(|| wrong(row).map(|wrong| wrong.replace('\n', "; "))),
-            effects,
+            effects: names("effects"),
+            left: names("effects_left"),
+            has_notes: text(row, "notes").is_some_and(|notes| !notes.is_empty()),
             duration_s: number(row, "trace_duration_s"),
             last: Parameters::of(row, "identification_final_").filter(|_| accepted > 0.0),
             field_deg: both("diagnosis_residual_magnetic_deg_before", "diagnosis_residual_magnetic_deg_after"),
-            rotation_deg: both(&format!("{rotation}bias_only"), &format!("{rotation}with_effects")),
+            rotation_deg: if aligned.iter().any(Option::is_some) { aligned } else { rotation("") },
             windows: Vec::new(),
         }
     }
@@ -208,13 +227,24 @@ impl Recording {
 }
 
 /// Reads the tables of one or more batches. The worst recording comes first: by its standing, then by what is left of
-/// the field. A recording that two tables name is that of the later one.
+/// the field.
 ///
 /// # Errors
 /// A table is missing, is no Parquet file, or is not a batch's.
 pub fn read(tables: &[impl AsRef<Path>]) -> Result<Vec<Recording>, Failure> {
-    let mut all: BTreeMap<String, Recording> = BTreeMap::new();
-    for path in tables.iter().map(AsRef::as_ref) {
+    read_and_replaced(tables).map(|(recordings, _)| recordings)
+}
+
+/// Reads tables as [`read`] does. A recording that two tables have is that of the later one: the lines tell of which
+/// table how many were replaced. Recordings are one if their bytes and the names of their files are the same, wherever
+/// the files are.
+///
+/// # Errors
+/// As of [`read`].
+pub fn read_and_replaced(tables: &[impl AsRef<Path>]) -> Result<(Vec<Recording>, Vec<String>), Failure> {
+    let mut all: BTreeMap<[String; 2], Vec<(usize, Recording)>> = BTreeMap::new();
+    let mut replaced = vec![0; tables.len()];
+    for (place, path) in tables.iter().map(AsRef::as_ref).enumerate() {
         let rows = tables::rows(path)?;
         if rows.iter().any(|row| !row.contains_key("ok") || !row.contains_key("path")) {
             let why = "is no table of recordings; `cargo mwd batch` writes one";
@@ -232,13 +262,23 @@ pub fn read(tables: &[impl AsRef<Path>]) -> Result<Vec<Recording>, Failure> {
         for row in &rows {
             let mut recording = Recording::of(row);
             recording.windows = windows.remove(&recording.path).unwrap_or_default();
-            all.insert(recording.path.clone(), recording);
+            let content = text(row, "recording").unwrap_or_else(|| recording.path.clone());
+            let same = all.entry([content, recording.name().to_owned()]).or_default();
+            // Copies in two folders of one batch are two recordings.
+            for (earlier, _) in same.extract_if(.., |(earlier, _)| *earlier < place) {
+                replaced[earlier] += 1;
+            }
+            same.push((place, recording));
         }
     }
-    let mut all: Vec<Recording> = all.into_values().collect();
+    let mut all: Vec<Recording> = all.into_values().flatten().map(|(_, recording)| recording).collect();
     let left = |recording: &Recording| recording.field_deg[1].unwrap_or(0.0);
-    all.sort_by(|a, b| a.standing.cmp(&b.standing).then(left(b).total_cmp(&left(a))));
-    Ok(all)
+    all.sort_by(|a, b| a.standing.cmp(&b.standing).then(left(b).total_cmp(&left(a))).then(a.path.cmp(&b.path)));
+    let told = tables.iter().zip(replaced).filter(|(_, count)| *count > 0);
+    let told = told.map(|(path, count)| {
+        format!("{count} recordings of {} are replaced by those of a later table", path.as_ref().display())
+    });
+    Ok((all, told.collect()))
 }
 
 /// Units, signs and axes that cannot be, a line each; `None` for a sound recording.

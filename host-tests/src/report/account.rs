@@ -10,7 +10,7 @@ use meerkat_mwd::{
 
 use super::remainder_text::remainder_text;
 use crate::{
-    diagnosis::{BeforeAfter, Diagnosed, Found, rivals},
+    diagnosis::{BeforeAfter, Diagnosed, Found, rival_of_other_sensor, rivals, why_left_in},
     flight::Flight,
     number::fixed,
     score::{PerModel, Reference},
@@ -74,7 +74,11 @@ pub fn print_account(
 }
 
 /// Prints a diagnosis: one line for it, one for each effect found, one for the other candidates.
-pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, library: &[&dyn Effect]) -> io::Result<()> {
+pub(crate) fn print_report(
+    out: &mut impl Write,
+    report: &DiagnosisReport,
+    library: &[&'static dyn Effect],
+) -> io::Result<()> {
     writeln!(
         out,
         "diagnosis {:.2} to {:.2} s: NIS {:.2} with the gyro's parameters alone, {:.2} with what was found; {}",
@@ -86,7 +90,8 @@ pub(crate) fn print_report(out: &mut impl Write, report: &DiagnosisReport, libra
     )?;
     for effect in report.found() {
         let Some(of) = library.get(usize::from(effect.found.index)) else { continue };
-        let remark = if effect.is_taken_out() { "" } else { ": more than it can be, so named and not taken out" };
+        let why = why_left_in(rival_of_other_sensor(effect, library));
+        let remark = if effect.is_taken_out() { String::new() } else { format!("; not taken out{why}") };
         let rivals = rivals(effect, library);
         let rivals = if rivals.is_empty() { String::new() } else { format!("; as likely: {}", rivals.join(", ")) };
         writeln!(
@@ -156,7 +161,7 @@ fn sentence(found: &Found) -> String {
     let taken_out = if found.report.is_taken_out() {
         format!("taken out from {:.1} s on", found.report.taken_out_us as f64 * 1e-6)
     } else {
-        "not taken out".to_owned()
+        format!("not taken out{}", found.why_left_in())
     };
     let residual = match found.residual_deg() {
         BeforeAfter { before: Some(before), after: Some(after) } => {

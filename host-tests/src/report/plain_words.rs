@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found},
-    flight::Flight,
+    flight::{Flight, Flying},
     score::{PerModel, Reference},
     trace::Trace,
 };
@@ -54,15 +54,22 @@ impl VerdictWords {
 #[must_use]
 pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diagnosed) -> VerdictWords {
     let caution = |sentence: String| VerdictWords { is_sound: false, sentence };
+    let unjudged = unjudged(config, flight);
     if let Some(why) = why_no_window(trace, config, flight) {
-        return caution(format!("Nothing was identified: {why}."));
+        return caution(match unjudged {
+            Some(flies) => format!("{flies}, which no window has judged: {}.", why.trim_start_matches("no window: ")),
+            None => format!("Nothing was identified: {why}."),
+        });
     }
     if flight.standing().is_none() {
+        let flies = unjudged.filter(|_| flight.last_model().is_some_and(|model| model.p != config.gyro.p));
+        let flies = match flies {
+            Some(flies) => format!("{flies}, which no window has accepted"),
+            None => "The gyro's scale and axes are not corrected, only its bias".to_owned(),
+        };
         return caution(match flight.reports.last().map(|report| report.decision) {
-            Some(Decision::Refused(refusal)) => {
-                format!("The gyro's scale and axes are not corrected, only its bias: {}.", refusal_text(&refusal))
-            }
-            _ => "The gyro's scale and axes are not corrected, only its bias.".to_owned(),
+            Some(Decision::Refused(refusal)) => format!("{flies}: {}.", refusal_text(&refusal)),
+            _ => format!("{flies}."),
         });
     }
     let since = flight.reports.iter().find(|report| report.decision == Decision::Accepted);
@@ -76,12 +83,53 @@ pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diag
     if config.effects && diagnosed.remainder().is_some() {
         return caution(format!("{flies}, but more is left than noise accounts for."));
     }
+    if let Some(left) = left_in(diagnosed) {
+        return caution(format!("{flies}, but {left}."));
+    }
     VerdictWords { is_sound: true, sentence: format!("{flies}.") }
+}
+
+/// Model that flies at the end, and where it comes from, where no window has made it; `None`: the factory's flies.
+fn unjudged(config: &Config, flight: &Flight) -> Option<String> {
+    let (first, last) = (flight.models.first()?, flight.models.last()?);
+    let is_stored = first.gyro != config.gyro;
+    let since = |flying: &&Flying| flying.gyro.p != first.gyro.p;
+    let updated = flight.models.iter().find(since).filter(|_| last.gyro.p != first.gyro.p);
+    let in_s = |flying: &Flying| flying.from_us as f64 * 1e-6;
+    let by = match (is_stored, updated) {
+        (false, None) => None,
+        (true, None) => Some("The gyro's errors are corrected by the stored model".to_owned()),
+        (false, Some(updated)) => {
+            Some(format!("The gyro's errors have been corrected since {:.0} s by updates", in_s(updated)))
+        }
+        (true, Some(updated)) => Some(format!(
+            "The gyro's errors are corrected by the stored model, and since {:.0} s by updates of it",
+            in_s(updated)
+        )),
+    };
+    if by.is_some() {
+        return by;
+    }
+    let of_bias = flight.models.iter().find(|flying| flying.gyro != config.gyro);
+    let of_bias = of_bias.filter(|_| last.gyro != config.gyro)?;
+    Some(format!("Only the gyro's bias has been corrected since {:.0} s, by updates", in_s(of_bias)))
+}
+
+/// Errors that were found and stay in the readings, in words; `None` without any.
+fn left_in(diagnosed: &Diagnosed) -> Option<String> {
+    let mut left = diagnosed.left_in();
+    left.dedup();
+    (!left.is_empty()).then(|| format!("an error that was found is left in: {}", left.join(", ")))
 }
 
 /// The verdict of a diagnosis.
 #[must_use]
 pub fn diagnosis(diagnosed: &Diagnosed) -> VerdictWords {
+    if let Some(left) = left_in(diagnosed).filter(|_| diagnosed.verdict == Verdict::EffectsFound) {
+        let sentence =
+            format!("Errors of the sensors beyond the gyro's bias, scale and axes were found, see below; {left}.");
+        return VerdictWords { is_sound: false, sentence };
+    }
     let (is_sound, meaning) = match diagnosed.verdict {
         Verdict::ModelSufficient => (true, "No effect shows, and what is left is noise."),
         Verdict::EffectsFound => (
@@ -107,6 +155,16 @@ pub fn gyro(config: &Config, flight: &Flight) -> String {
     let last = Parameters::at_the_end(config, flight);
     let bias = last.b_rad_s.map(f32::to_degrees);
     let size = bias.map(f64::from).iter().map(|b| b * b).sum::<f64>().sqrt();
+    if last.is_prior && last.p != config.gyro.p.as_flattened() {
+        let (k, off) = (0..9)
+            .map(|k| (k, last.p[k] - if k % 4 == 0 { 1.0 } else { 0.0 }))
+            .fold((0, 0.0_f32), |most, next| if next.1.abs() > most.1.abs() { next } else { most });
+        let what = if k % 4 == 0 { "scale" } else { "axes" };
+        return format!(
+            "The gyro's bias of {size:.2} deg/s is taken out, and its scale and axes are corrected, by {:.2} % in its {what} at the most; no window has accepted this.",
+            100.0 * off.abs()
+        );
+    }
     if last.is_prior {
         return format!(
             "The gyro reads a bias of {size:.2} deg/s, which is taken out; of its scale and axes nothing is known."
@@ -193,7 +251,7 @@ fn effect(found: &Found) -> String {
     let done = if found.report.is_taken_out() {
         format!("taken out since {:.0} s", found.report.taken_out_us as f64 * 1e-6)
     } else {
-        "not taken out, because it is larger than such an effect can be".to_owned()
+        format!("not taken out{}", found.why_left_in())
     };
     let aliases: Vec<String> = found.aliases().into_iter().map(alias_in_words).collect();
     let doubt = if aliases.is_empty() { String::new() } else { format!(" It could also be: {}.", aliases.join("; ")) };
@@ -222,7 +280,10 @@ fn gained(diagnosed: &Diagnosed, reference: Option<&Reference>) -> Option<Gained
     if let Some(reference) = reference {
         let aligned = &reference.orientation_2s_rms_time_aligned_deg;
         let scores = if *aligned == PerModel::default() { &reference.orientation_2s_rms_deg } else { aligned };
-        if let PerModel { uncompensated: Some(raw), bias_only: Some(bias), with_effects: Some(flown), .. } = *scores {
+        if let PerModel { uncompensated: Some(raw), bias_only: Some(bias), with_effects: Some(flown), .. } = *scores
+            // Before a window there is no bias alone.
+            && bias != raw
+        {
             return Some(Gained { raw: Some(raw), bias, flown });
         }
     }

@@ -66,7 +66,7 @@ impl OwnP {
         if !has_dense_reference(trace) {
             return Ok(None);
         }
-        let (flight, _) = against_reference(trace, &of_trace(trace), None)?;
+        let (flight, ..) = against_reference(trace, &of_trace(trace), None)?;
         let window = flight.reports.iter().rev().find(|report| report.t_effect_us.is_some());
         Ok(window.map(|window| Self { p: window.fitted.p_matrix().map(f64::from), covariance: covariance(window) }))
     }

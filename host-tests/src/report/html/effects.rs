@@ -7,7 +7,7 @@ use meerkat_mwd::{
 
 use super::{Chart, Page, Series, Told, escape::escape, figure, fixed, in_s, sentence, table};
 use crate::{
-    diagnosis::{BeforeAfter, Diagnosed, Found},
+    diagnosis::{BeforeAfter, Diagnosed, Found, rival_of_other_sensor, why_left_in},
     report::{
         account::{size, verdict_name},
         effect_words::{effect_words, name_and_unit, parameter_text},
@@ -116,7 +116,7 @@ fn effects(diagnosed: &Diagnosed) -> String {
         let taken_out = if found.report.is_taken_out() {
             in_seconds(found.report.taken_out_us)
         } else {
-            "not: larger than it can be".to_owned()
+            format!("not{}", found.why_left_in())
         };
         let [from_s, _] = found.active_s;
         let cells = vec![
@@ -172,7 +172,7 @@ fn magnets(diagnosed: &Diagnosed) -> String {
 }
 
 /// One diagnosis with all its candidates, `open` or folded.
-fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -> String {
+fn diagnosis(report: &DiagnosisReport, library: &[&'static dyn Effect], is_open: bool) -> String {
     let open = if is_open { " open=\"open\"" } else { "" };
     let [nis, nis_after] = report.nis;
     let mut out = format!(
@@ -188,7 +188,8 @@ fn diagnosis(report: &DiagnosisReport, library: &[&dyn Effect], is_open: bool) -
     let rows = candidates.map(|(index, (tried, effect))| {
         let found = report.found().find(|found| usize::from(found.found.index) == index);
         let outcome = found.map_or_else(String::new, |found| {
-            let remark = if found.is_taken_out() { "" } else { "; larger than it can be, so not taken out" };
+            let why = why_left_in(rival_of_other_sensor(found, library));
+            let remark = if found.is_taken_out() { String::new() } else { format!("; not taken out{why}") };
             format!("found: {}{remark}", size(found, *effect).replace("+-", "±"))
         });
         let evidence = found.map_or(*tried, |found| found.evidence);

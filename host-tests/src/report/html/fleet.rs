@@ -63,6 +63,7 @@ pub fn verdict(recordings: &[Recording]) -> (bool, String) {
         (of(Standing::NotFlown), "could not be flown"),
         (of(Standing::Wrong), "with units, signs or axes that cannot be"),
         (of(Standing::Unexplained), "with more left than noise accounts for"),
+        (of(Standing::LeftIn), "with an error that was found and is left in"),
         (of(Standing::TooLittleMotion), "with too little motion for a verdict"),
     ];
     let needs: usize = why.iter().map(|(number, _)| number).sum();
@@ -214,7 +215,11 @@ fn row(recording: &Recording) -> String {
     let class = if standing.is_sound() { "good" } else { "caution" };
     let why = recording.error.as_ref().map_or_else(String::new, |why| format!("<small>{}</small>", escape(why)));
     cell(&rank, &format!("<strong class=\"{class}\">{}</strong>{why}", escape(&sentence(standing.words()))));
-    let effects: Vec<String> = recording.effects.iter().map(|name| escape(title(name))).collect();
+    let effects: Vec<String> = recording
+        .effects
+        .iter()
+        .map(|name| escape(title(name)) + if recording.left.contains(name) { ", left in" } else { "" })
+        .collect();
     cell(&recording.effects.len().to_string(), &effects.join("<br/>"));
     let flew = recording.accepted();
     let flew =

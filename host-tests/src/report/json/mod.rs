@@ -30,7 +30,7 @@ use window::Window;
 
 use crate::{
     console,
-    diagnosis::{Diagnosed, Found, VectorResidual},
+    diagnosis::{Diagnosed, Found, HARD_IRON, VectorResidual},
     failure::Failure,
     flight::Flight,
     report::{
@@ -65,7 +65,7 @@ struct TraceFacts {
     samples: usize,
     duration_s: f64,
     rate_hz: Option<f64>,
-    gaps: u32,
+    gaps: usize,
     clipped: Option<usize>,
     missing: Missing,
     dropped: DroppedRows,
@@ -124,7 +124,7 @@ struct EffectJson {
     taken_out_s: Option<f64>,
     /// Log Bayes factor.
     evidence: Option<f32>,
-    /// True if it is taken out of the readings; not if it is larger than such an effect can be.
+    /// True if it is taken out of the readings.
     taken_out: bool,
     residual_before: Option<f64>,
     residual_after: Option<f64>,
@@ -167,7 +167,7 @@ impl EffectJson {
     fn of_magnet(magnet: &HardIronInterval, end_s: f64) -> Self {
         let names = ["x_ut", "y_ut", "z_ut"];
         Self {
-            name: "hard_iron",
+            name: HARD_IRON,
             aliases: Vec::new(),
             parameters: names.into_iter().zip(magnet.offset_ut).collect(),
             sigma: names.into_iter().zip(magnet.sigma_ut).collect(),
@@ -206,7 +206,7 @@ pub fn result_json(
             samples: trace.len(),
             duration_s: in_seconds(trace.duration_us()),
             rate_hz: (period_us > 0).then(|| 1e6 / f64::from(period_us)),
-            gaps: flight.counters.gaps,
+            gaps: facts.gaps,
             clipped: known.then_some(facts.clipped),
             missing: Missing {
                 gyro: facts.count(SampleFlags::GYRO_MISSING),
