@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::trace::{Keys, Trace as Inner};
+use mwd::trace::{Keys, Trace as Inner, TraceError};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ndarray::Array2};
 use pyo3::{prelude::*, types::PyDict};
 
@@ -60,11 +60,7 @@ impl Trace {
         }
         let (mut last, mut first_dropped) = (None, None);
         for (row, time) in times.iter().enumerate() {
-            let t_us = (time * 1e6).round();
-            if !(0.0..1.8e19).contains(&t_us) {
-                return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
-            }
-            let t_us = t_us as u64;
+            let t_us = microseconds(row, *time)?;
             if let Some(last) = last.filter(|last| t_us <= *last) {
                 if strict {
                     return Err(bad(not_after(row, *time)));
@@ -108,6 +104,65 @@ impl Trace {
             }
             trace.notes.push(format!("{}; the first is row {row}", trace.dropped.told()));
         }
+        trace.mark_clipped(&trace.keys.full_scale());
+        Ok(Self(trace))
+    }
+
+    /// A trace of columns of float64, each with its name in a trace's file; read as the file would be. NaN is an empty
+    /// cell. `ignored` names columns that are not read.
+    #[staticmethod]
+    #[pyo3(signature = (names, columns, ignored=Vec::new(), keys=Vec::new(), strict=false))]
+    fn from_columns(
+        py: Python<'_>,
+        names: Vec<String>,
+        columns: Vec<PyReadonlyArray1<'_, f64>>,
+        ignored: Vec<String>,
+        keys: Vec<(String, String)>,
+        strict: bool,
+    ) -> PyResult<Self> {
+        let keys = header(&keys)?;
+        let columns: Vec<_> = columns.iter().map(|column| column.as_array()).collect();
+        let count = columns.first().map_or(0, |column| column.len());
+        if let Some((name, _)) = names.iter().zip(&columns).find(|(_, column)| column.len() != count) {
+            return Err(bad(format!("column {name} has another length than column {}", names[0])));
+        }
+        let time = names.iter().position(|name| name == "t_s");
+        let mut text = names.join(",");
+        for row in 0..count {
+            text.push('\n');
+            for (place, column) in columns.iter().enumerate() {
+                let value = column[row];
+                if place > 0 {
+                    text.push(',');
+                }
+                if time == Some(place) {
+                    let t_us = microseconds(row, value)?;
+                    text += &format!("{}.{:06}", t_us / 1_000_000, t_us % 1_000_000);
+                } else if value.is_finite() {
+                    text += &value.to_string();
+                }
+            }
+        }
+        let told = |error: TraceError| {
+            // Above the first row is the header row.
+            let row = error.line.and_then(|line| line.checked_sub(2)).map(|row| format!("row {row}"));
+            let column = error.column.map(|column| format!("column {column}"));
+            let place: Vec<String> = row.into_iter().chain(column).collect();
+            bad(format!("{}: {}", place.join(", "), error.fault).trim_start_matches(": "))
+        };
+        let mut trace = py.detach(|| Inner::of_bytes(text.as_bytes())).map_err(told)?;
+        if strict {
+            trace.none_dropped().map_err(told)?;
+        }
+        for note in &mut trace.notes {
+            if let Some((before, line)) = note.rsplit_once("the first in line ") {
+                *note = format!("{before}the first is row {}", line.parse::<usize>().unwrap_or(2).saturating_sub(2));
+            }
+        }
+        if !ignored.is_empty() {
+            trace.notes.insert(0, format!("ignored columns: {}", ignored.join(", ")));
+        }
+        (trace.path, trace.keys) = ("table".into(), keys);
         trace.mark_clipped(&trace.keys.full_scale());
         Ok(Self(trace))
     }
@@ -168,6 +223,15 @@ impl Trace {
     fn __repr__(&self) -> String {
         format!("Trace({} samples, {:.3} s, {})", self.0.samples.len(), self.0.duration_s(), self.0.path.display())
     }
+}
+
+/// Time of a row in whole microseconds.
+fn microseconds(row: usize, time: f64) -> PyResult<u64> {
+    let t_us = (time * 1e6).round();
+    if !(0.0..1.8e19).contains(&t_us) {
+        return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
+    }
+    Ok(t_us as u64)
 }
 
 fn not_after(row: usize, time: f64) -> String {

@@ -72,6 +72,30 @@ def test_a_dataframe_flies_as_its_file(tmp_path):
     assert np.array_equal(of_frame, mwd.replay(tmp_path / "cut.csv").attitude()["q"], equal_nan=True)
 
 
+def test_a_dataframe_keeps_all_columns_of_its_file():
+    import pandas as pd
+
+    count = np.arange(200)
+    table = pd.DataFrame({"t_s": 0.01 * count, "gx": 0.1, "gy": 0.0, "gz": 0.0, "ax": 0.0, "ay": 0.0, "az": -9.8})
+    table = table.assign(qw=1.0, qx=0.0, qy=0.0, qz=0.0, rest=count < 50, movement=1, sample_flags=0, label="a", depth=3.0)
+    table.loc[7, "qw"] = np.nan
+    table.loc[9, "sample_flags"] = 1
+    trace = mwd.trace(table)
+    reference = trace.arrays()["reference"]
+    assert reference.shape == (200, 4) and np.isnan(reference[7]).all() and (reference[8] == [1, 0, 0, 0]).all()
+    assert trace.notes == ["ignored columns: 'label', 'depth'"]
+    flown = mwd.replay(trace).json
+    assert flown["reference"] is not None and flown["trace"]["missing"]["reference"] == 1
+    for lacking in ["mx", "my", "mz"]:
+        with pytest.raises(ValueError, match="column m[xyz]: the column is missing"):
+            mwd.trace(table.assign(**{lacking: 20.0}))
+    with pytest.raises(ValueError, match="column gx: the column is missing"):
+        mwd.trace(table.drop(columns="gx"))
+    # One time that jumps ahead costs its own row alone, as in a file.
+    table.loc[100, "t_s"] = 9e6
+    assert mwd.trace(table).dropped == (0, 1)
+
+
 def test_late_and_repeated_rows_are_dropped_and_counted_as_in_a_file(tmp_path):
     import pandas as pd
 

@@ -41,6 +41,11 @@ __all__ = [
 
 _Path = str | _os.PathLike[str]
 
+#: Columns of a trace's file.
+_COLUMNS = frozenset(
+    "t_s gx gy gz ax ay az mx my mz temp_c qw qx qy qz sample_flags movement rest wx_true wy_true wz_true".split()
+)
+
 
 def read(path: _Path, *, strict: bool = False) -> Trace:
     """Reads a trace file, ``.csv`` or ``.csv.gz``.
@@ -67,7 +72,8 @@ def trace(
 
     Args:
         t_s: Times, seconds, (N,); or a DataFrame (or mapping) with the columns of a trace file: ``t_s gx gy gz ax ay
-            az`` and optionally ``mx my mz temp_c``. A row whose time repeats or goes back is dropped and counted, as
+            az`` and optionally the others, of which a group is whole: ``mx my mz``, ``temp_c``, ``qw qx qy qz``,
+            ``sample_flags``, ``movement``, ``rest``, ``wx_true wy_true wz_true``. Other columns are noted. A row whose time repeats or goes back is dropped and counted, as
             in a file: ``Trace.dropped``, ``Trace.notes``; over one row in twenty is an error.
         gyr: Rates, rad/s, (N, 3).
         acc: Specific force, m/s^2, (N, 3).
@@ -76,24 +82,24 @@ def trace(
         strict: A row whose time repeats or goes back is an error.
         keys: Keys of a trace's header, for instance ``body_frame="tool"``.
     """
+
+    def array(values: Any) -> NDArray[_np.float64]:
+        return _np.ascontiguousarray(values, dtype=float)
+
     if gyr is None:
         if not (acc is None and mag is None and temperature is None):
             raise TypeError("a table has acc, mag and temperature as columns: ax ay az, mx my mz, temp_c")
         table: Any = t_s
-
-        def three(names: str) -> NDArray[_np.float64]:
-            return _np.stack([_np.asarray(table[name], dtype=float) for name in names.split()], axis=1)
-
-        columns = set(table.keys())
-        gyr, acc = three("gx gy gz"), three("ax ay az")
-        mag = three("mx my mz") if "mx" in columns else None
-        temperature = table["temp_c"] if "temp_c" in columns else None
-        t_s = table["t_s"]
+        names = [name for name in table.keys() if name in _COLUMNS]
+        return Trace.from_columns(
+            names,
+            [array(table[name]) for name in names],
+            [repr(name) for name in table.keys() if name not in _COLUMNS],
+            [(key, _text(value)) for key, value in keys.items()],
+            strict,
+        )
     if acc is None:
         raise TypeError("gyr and acc are both needed")
-
-    def array(values: Any) -> NDArray[_np.float64]:
-        return _np.ascontiguousarray(values, dtype=float)
 
     return Trace.from_arrays(
         array(t_s),

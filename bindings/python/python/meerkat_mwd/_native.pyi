@@ -23,6 +23,15 @@ class Trace:
         strict: bool = False,
     ) -> Trace:
         """A trace of float64 arrays: s (N,), rad/s, m/s^2, uT (N, 3), degC (N,). NaN is a missing value."""
+    @staticmethod
+    def from_columns(
+        names: list[str],
+        columns: list[NDArray[Any]],
+        ignored: list[str] = ...,
+        keys: list[tuple[str, str]] = ...,
+        strict: bool = False,
+    ) -> Trace:
+        """A trace of float64 columns, each with its name in a trace's file. NaN is an empty cell."""
     def write(self, path: str) -> None:
         """Writes the trace, gzip when the name ends in .gz."""
     def arrays(self) -> dict[str, NDArray[Any]]:
