@@ -65,7 +65,7 @@ fn medians_deg<const N: usize>(trace: &Trace, accel: &VectorModel, conventions: 
             end(&mut sums);
             block = now;
         }
-        let Some(q) = row.reference.and_then(unit_quaternion).filter(|_| now % every == 0) else { continue };
+        let Some(q) = row.reference.and_then(unit_quaternion).filter(|_| now.is_multiple_of(every)) else { continue };
         if row.sample.flags.contains(SampleFlags::ACCEL_MISSING) {
             continue;
         }
