@@ -58,8 +58,8 @@ int replay(void) {
 
     MwdConfig config;
     char reason[80];
-    mwd_config_default(&config);
-    if (!io_read(&config.sample_period_us, 4) || !io_read(&config.identification_motion, 4)) {
+    if (mwd_config_default(&config, MWD_CONFIG_VERSION, sizeof config) != MWD_STATUS_OK ||
+        !io_read(&config.sample_period_us, 4) || !io_read(&config.identification_motion, 4)) {
         return 2;
     }
     if (mwd_config_validate(&config, reason, sizeof reason) != MWD_STATUS_OK) {

@@ -379,7 +379,7 @@ typedef struct MwdSurveyor MwdSurveyor;
  */
 typedef struct {
     /**
-     * `MWD_CONFIG_VERSION` of the header that the program was compiled with; `mwd_config_default` sets it.
+     * `MWD_CONFIG_VERSION` of the header that the program was compiled with; every call reads it before the rest.
      */
     uint32_t version;
     /**
@@ -1109,12 +1109,15 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Fills a configuration with the defaults.
+ * Fills a configuration with the defaults. Give it `MWD_CONFIG_VERSION` and `sizeof` the configuration: with those of
+ * another header than the library's nothing is written, and it returns `MWD_STATUS_ERROR_VERSION`.
  *
  * Pointers:
- * `config` is NULL or points to memory for an `MwdConfig`.
+ * `config` is NULL or points to `bytes` bytes.
  */
-MwdStatus mwd_config_default(MwdConfig *config);
+MwdStatus mwd_config_default(MwdConfig *config,
+                             uint32_t version,
+                             size_t bytes);
 
 /**
  * Checks every field of a configuration. `reason` takes a text such as `earth.dip_rad must be -pi/2 to pi/2`, cut
@@ -1299,12 +1302,15 @@ MwdStatus mwd_attitude_filter_init(void *storage,
                                    MwdAttitudeFilter **filter);
 
 /**
- * Checks a configuration and starts anew from its fields `earth_...` and `attitude_...`.
+ * Checks a configuration and starts anew from its fields `earth_...`, `attitude_...` and `identification_motion`, and
+ * from whether `latency_gyro_s` and `latency_mag_s` are known. A known delay is one that the caller has taken out of
+ * rate and field; one that is NaN widens the deviations while the tool turns.
  *
  * Pointers:
  * `filter` is NULL or from `mwd_attitude_filter_init`; `config` is NULL or leads to an `MwdConfig`.
  */
-MwdStatus mwd_attitude_filter_start(MwdAttitudeFilter *filter, const MwdConfig *config);
+MwdStatus mwd_attitude_filter_start(MwdAttitudeFilter *filter,
+                                    const MwdConfig *config);
 
 /**
  * Takes one sample: turns by a compensated rate for `dt_s` seconds, then compares with the vectors, then writes the

@@ -1,8 +1,8 @@
 //! The attitude filter alone, for parts with little memory and for rates that something else has compensated.
 
 use crate::{
-    MwdAttitude, MwdConfig, MwdStatus,
-    pointer::{borrow_mut, get, place, put},
+    MwdAttitude, MwdConfig, MwdStatus, config,
+    pointer::{borrow_mut, check, get, place, put},
 };
 use core::ffi::c_void;
 use meerkat_mwd::attitude::{AttitudeFilter, AttitudeFlags};
@@ -34,7 +34,9 @@ pub unsafe extern "C" fn mwd_attitude_filter_init(
     unsafe { place(storage, bytes, filter, make) }
 }
 
-/// Checks a configuration and starts anew from its fields `earth_...` and `attitude_...`.
+/// Checks a configuration and starts anew from its fields `earth_...`, `attitude_...` and `identification_motion`, and
+/// from whether `latency_gyro_s` and `latency_mag_s` are known. A known delay is one that the caller has taken out of
+/// rate and field; one that is NaN widens the deviations while the tool turns.
 ///
 /// # Safety
 /// `filter` is NULL or from `mwd_attitude_filter_init`; `config` is NULL or leads to an `MwdConfig`.
@@ -44,7 +46,7 @@ pub unsafe extern "C" fn mwd_attitude_filter_start(
     config: *const MwdConfig,
 ) -> MwdStatus {
     // SAFETY: the caller's promise.
-    let (filter, config) = match unsafe { (borrow_mut(filter), get(config)) } {
+    let (filter, config) = match unsafe { (borrow_mut(filter), config::read(config)) } {
         (Ok(filter), Ok(config)) => (filter, config),
         (Err(status), _) | (_, Err(status)) => return status,
     };
@@ -52,6 +54,7 @@ pub unsafe extern "C" fn mwd_attitude_filter_start(
         Ok(config) => {
             filter.filter.start(&config.attitude, &config.earth, config.identification.motion);
             filter.filter.gyro_delay_known(config.latency.gyro_s.is_some());
+            filter.filter.mag_delay_known(config.latency.mag_s.map(|_| 0.0));
             filter.started = true;
             MwdStatus::Ok
         }
@@ -75,11 +78,8 @@ pub unsafe extern "C" fn mwd_attitude_filter_push(
     mag_ut: *const f32,
     attitude: *mut MwdAttitude,
 ) -> MwdStatus {
-    if attitude.is_null() {
-        return MwdStatus::ErrorNull;
-    }
-    if !attitude.is_aligned() {
-        return MwdStatus::ErrorMisaligned;
+    if let Err(status) = check(attitude) {
+        return status;
     }
     let vector = |pointer: *const f32| match pointer.is_null() {
         true => Ok(None),

@@ -1,7 +1,7 @@
 //! Configuration as one flat struct: every field of the library's [`Config`], under its path with underscores.
 
 use crate::{
-    pointer::{get, put},
+    pointer::{check, get, put},
     status::MwdStatus,
     text,
 };
@@ -32,7 +32,7 @@ pub const MWD_SEARCH_LS: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct MwdConfig {
-    /// `MWD_CONFIG_VERSION` of the header that the program was compiled with; `mwd_config_default` sets it.
+    /// `MWD_CONFIG_VERSION` of the header that the program was compiled with; every call reads it before the rest.
     pub version: u32,
     /// Nominal sample period, microseconds. Default 5,000 (200 Hz).
     pub sample_period_us: u32,
@@ -525,12 +525,33 @@ pub(crate) fn search(number: u32, field: &'static str) -> Result<OptimizerKind, 
     }
 }
 
-/// Fills a configuration with the defaults.
+/// Copies a configuration of this version.
 ///
 /// # Safety
-/// `config` is NULL or points to memory for an `MwdConfig`.
+/// `config` is NULL or leads to an `MwdConfig` of any version; each begins with its version.
+pub(crate) unsafe fn read(config: *const MwdConfig) -> Result<MwdConfig, MwdStatus> {
+    check(config)?;
+    // SAFETY: the caller's promise; a struct of another version may be shorter than this one.
+    match unsafe { get(config.cast::<u32>()) }? {
+        // SAFETY: the caller's promise.
+        MWD_CONFIG_VERSION => unsafe { get(config) },
+        _ => Err(MwdStatus::ErrorVersion),
+    }
+}
+
+/// Fills a configuration with the defaults. Give it `MWD_CONFIG_VERSION` and `sizeof` the configuration: with those of
+/// another header than the library's nothing is written, and it returns `MWD_STATUS_ERROR_VERSION`.
+///
+/// # Safety
+/// `config` is NULL or points to `bytes` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mwd_config_default(config: *mut MwdConfig) -> MwdStatus {
+pub unsafe extern "C" fn mwd_config_default(config: *mut MwdConfig, version: u32, bytes: usize) -> MwdStatus {
+    if config.is_null() {
+        return MwdStatus::ErrorNull;
+    }
+    if (version, bytes) != (MWD_CONFIG_VERSION, size_of::<MwdConfig>()) {
+        return MwdStatus::ErrorVersion;
+    }
     // SAFETY: the caller's promise.
     unsafe { put(config, MwdConfig::from(&Config::default())) }
 }
@@ -548,12 +569,13 @@ pub unsafe extern "C" fn mwd_config_validate(
     reason_bytes: usize,
 ) -> MwdStatus {
     // SAFETY: the caller's promise.
-    let config = match unsafe { get(config) } {
-        Ok(config) => config,
+    let checked = match unsafe { read(config) } {
+        Ok(config) => config.check().map(|_| ()),
+        Err(MwdStatus::ErrorVersion) => Err(ConfigFault::Version),
         Err(status) => return status,
     };
-    let (status, parts) = match config.check() {
-        Ok(_) => (MwdStatus::Ok, ["", "", ""]),
+    let (status, parts) = match checked {
+        Ok(()) => (MwdStatus::Ok, ["", "", ""]),
         Err(fault) => {
             let [field, must_be] = fault.texts();
             (fault.status(), [field, " must be ", must_be])

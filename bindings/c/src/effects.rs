@@ -2,7 +2,7 @@
 
 use crate::{
     MwdProbe, MwdStatus,
-    pointer::{borrow, put},
+    pointer::{borrow, check, put},
     text,
 };
 use core::ffi::c_char;
@@ -48,6 +48,11 @@ pub unsafe extern "C" fn mwd_probe_effects(
     };
     let active = probe.effects();
     let number = active.iter().count();
+    if (1..=room).contains(&number)
+        && let Err(status) = check(effects)
+    {
+        return status;
+    }
     // SAFETY: the caller's promise.
     let status = unsafe { put(count, number) };
     if status != MwdStatus::Ok || number == 0 {

@@ -1,8 +1,8 @@
 //! Frames of the telemetry, as docs/telemetry.md lays them out.
 
 use crate::{
-    MwdConfig, MwdOutput, MwdSample, MwdStatus, MwdSurveyor, MwdWindow,
-    pointer::{borrow, get, put},
+    MwdConfig, MwdOutput, MwdSample, MwdStatus, MwdSurveyor, MwdWindow, config,
+    pointer::{borrow, check, get, put},
 };
 use meerkat_mwd::telemetry::{
     AttitudeFrame, Boot, Identification, MAX_FRAME, Payload, ProbeId, RawSample, ResetReason, encode_frame,
@@ -24,8 +24,8 @@ const LARGEST: usize = 1_024;
 /// # Safety
 /// As of the functions below.
 unsafe fn write(payload: &impl Payload, sequence: u16, frame: *mut u8, bytes: usize, written: *mut usize) -> MwdStatus {
-    if frame.is_null() {
-        return MwdStatus::ErrorNull;
+    if let Err(status) = check(frame).and_then(|()| check(written)) {
+        return status;
     }
     let mut buffer = [0; LARGEST];
     let Ok(payload) = encode_payload(payload, &mut buffer).map(|bytes| (kind_of(payload), bytes)) else {
@@ -169,7 +169,7 @@ pub unsafe extern "C" fn mwd_frame_boot(
     written: *mut usize,
 ) -> MwdStatus {
     // SAFETY: the caller's promise.
-    let (config, probe) = match unsafe { (get(config), get(probe_id.cast::<[u8; MWD_PROBE_ID_SIZE]>())) } {
+    let (config, probe) = match unsafe { (config::read(config), get(probe_id.cast::<[u8; MWD_PROBE_ID_SIZE]>())) } {
         (Ok(config), Ok(probe)) => (config, ProbeId(probe)),
         (Err(status), _) | (_, Err(status)) => return status,
     };

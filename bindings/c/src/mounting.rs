@@ -2,7 +2,7 @@
 
 use crate::{
     MwdProbe, MwdSample, MwdStatus,
-    pointer::{borrow_mut, get, place, put},
+    pointer::{self, borrow_mut, get, place, put},
 };
 use core::ffi::c_void;
 use meerkat_mwd::sensors::MountingCheck;
@@ -77,6 +77,9 @@ pub unsafe extern "C" fn mwd_mounting_check_push(
         (Ok(check), Ok(probe), Ok(sample)) => (&mut check.check, probe, sample.to_sample()),
         (Err(status), ..) | (_, Err(status), _) | (.., Err(status)) => return status,
     };
+    if let Err(status) = pointer::check(mounting) {
+        return status;
+    }
     if !probe.is_configured() {
         return MwdStatus::ErrorNotConfigured;
     }

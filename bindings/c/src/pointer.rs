@@ -2,7 +2,8 @@
 
 use crate::MwdStatus;
 
-fn check<T>(pointer: *const T) -> Result<(), MwdStatus> {
+/// Checks that a pointer can lead to a `T`. Outputs are checked before anything is done.
+pub fn check<T>(pointer: *const T) -> Result<(), MwdStatus> {
     if pointer.is_null() {
         Err(MwdStatus::ErrorNull)
     } else if !pointer.is_aligned() {

@@ -1,8 +1,8 @@
 //! The whole pipeline: samples in; attitude, and the reports of identification, out.
 
 use crate::{
-    MwdConfig, MwdGyroModel, MwdOutput, MwdSample, MwdStatus, MwdWindow,
-    pointer::{borrow, borrow_mut, get, place, put},
+    MwdConfig, MwdGyroModel, MwdOutput, MwdSample, MwdStatus, MwdWindow, config,
+    pointer::{borrow, borrow_mut, check, get, place, put},
 };
 use core::ffi::c_void;
 use meerkat_mwd::Probe;
@@ -57,7 +57,7 @@ pub unsafe extern "C" fn mwd_probe_init(storage: *mut c_void, bytes: usize, prob
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_probe_configure(probe: *mut MwdProbe, config: *const MwdConfig) -> MwdStatus {
     // SAFETY: the caller's promise.
-    let (probe, config) = match unsafe { (borrow_mut(probe), get(config)) } {
+    let (probe, config) = match unsafe { (borrow_mut(probe), config::read(config)) } {
         (Ok(probe), Ok(config)) => (probe, config),
         (Err(status), _) | (_, Err(status)) => return status,
     };
@@ -102,11 +102,8 @@ pub unsafe extern "C" fn mwd_probe_push(
         (Ok(probe), Ok(sample)) => (probe, sample),
         (Err(status), _) | (_, Err(status)) => return status,
     };
-    if output.is_null() {
-        return MwdStatus::ErrorNull;
-    }
-    if !output.is_aligned() {
-        return MwdStatus::ErrorMisaligned;
+    if let Err(status) = check(output) {
+        return status;
     }
     if !probe.is_configured() {
         return MwdStatus::ErrorNotConfigured;
@@ -125,11 +122,8 @@ pub unsafe extern "C" fn mwd_probe_push(
 /// `probe` is NULL or from `mwd_probe_init`; `window` is NULL or leads to such a struct.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_probe_poll(probe: *mut MwdProbe, budget: u32, window: *mut MwdWindow) -> MwdStatus {
-    if window.is_null() {
-        return MwdStatus::ErrorNull;
-    }
-    if !window.is_aligned() {
-        return MwdStatus::ErrorMisaligned;
+    if let Err(status) = check(window) {
+        return status;
     }
     // SAFETY: the caller's promise.
     match unsafe { borrow_mut(probe) } {

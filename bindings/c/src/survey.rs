@@ -1,8 +1,8 @@
 //! Surveys: the tool's direction at a station, while rotating and at every sample.
 
 use crate::{
-    MwdConfig, MwdOutput, MwdProbe, MwdSample, MwdStatus,
-    pointer::{borrow, borrow_mut, get, place, put},
+    MwdConfig, MwdOutput, MwdProbe, MwdSample, MwdStatus, config,
+    pointer::{borrow, borrow_mut, check, get, place, put},
 };
 use core::ffi::c_void;
 use meerkat_mwd::survey::{Grade, Survey, SurveyReport, Surveys, ToolfaceKind, Uncertain};
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn mwd_surveyor_init(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mwd_surveyor_configure(surveyor: *mut MwdSurveyor, config: *const MwdConfig) -> MwdStatus {
     // SAFETY: the caller's promise.
-    let (surveyor, config) = match unsafe { (borrow_mut(surveyor), get(config)) } {
+    let (surveyor, config) = match unsafe { (borrow_mut(surveyor), config::read(config)) } {
         (Ok(surveyor), Ok(config)) => (&mut surveyor.surveyor, config),
         (Err(status), _) | (_, Err(status)) => return status,
     };
@@ -181,8 +181,8 @@ pub unsafe extern "C" fn mwd_surveyor_push(
         (Ok(sample), Ok(output)) => (sample.to_sample(), output.to_output()),
         (Err(status), _) | (_, Err(status)) => return status,
     };
-    if news.is_null() {
-        return MwdStatus::ErrorNull;
+    if let Err(status) = check(news) {
+        return status;
     }
     if surveyor.config().is_none() || !probe.is_configured() {
         return MwdStatus::ErrorNotConfigured;

@@ -10,9 +10,10 @@ fn storage(bytes: usize) -> Vec<u64> {
 }
 
 fn config() -> MwdConfig {
-    let mut config = MwdConfig::from(&meerkat_mwd::Config::default());
+    let mut config = MwdConfig { version: 0, ..MwdConfig::from(&meerkat_mwd::Config::default()) };
     // SAFETY: a struct of its own.
-    assert_eq!(unsafe { mwd_config_default(&mut config) }, MwdStatus::Ok);
+    let status = unsafe { mwd_config_default(&mut config, MWD_CONFIG_VERSION, size_of::<MwdConfig>()) };
+    assert_eq!(status, MwdStatus::Ok);
     config
 }
 
@@ -101,7 +102,8 @@ fn a_bad_field_is_named_and_the_text_never_overruns() {
     unsafe {
         assert_eq!(mwd_config_validate(&bad, ptr::null_mut(), 80), MwdStatus::ErrorConfig);
         assert_eq!(mwd_config_validate(ptr::null(), ptr::null_mut(), 0), MwdStatus::ErrorNull);
-        assert_eq!(mwd_config_default(ptr::null_mut()), MwdStatus::ErrorNull);
+        let bytes = size_of::<MwdConfig>();
+        assert_eq!(mwd_config_default(ptr::null_mut(), MWD_CONFIG_VERSION, bytes), MwdStatus::ErrorNull);
     }
 }
 
@@ -118,4 +120,105 @@ fn a_frame_that_does_not_fit_is_not_begun() {
         assert_eq!(mwd_frame_output(&output, 0, frame.as_mut_ptr(), bytes, &mut written), MwdStatus::Ok);
         assert_eq!(frame[written - 1], 0);
     }
+}
+
+/// A program that was compiled with another header has a struct of another size: nothing is written to it, and no more
+/// than its version is read of it.
+#[test]
+fn a_configuration_of_another_header_is_not_touched() {
+    let bytes = size_of::<MwdConfig>();
+    let mut config = MwdConfig { sample_period_us: 77, ..config() };
+    for (version, bytes) in [(MWD_CONFIG_VERSION - 1, bytes), (MWD_CONFIG_VERSION, bytes - 4), (0, 0)] {
+        // SAFETY: a struct of its own.
+        assert_eq!(unsafe { mwd_config_default(&mut config, version, bytes) }, MwdStatus::ErrorVersion);
+        assert_eq!(config.sample_period_us, 77);
+    }
+    let mut memories = [MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MWD_ATTITUDE_FILTER_SIZE].map(storage);
+    let [one, other, third] = memories.each_mut().map(|memory| memory.as_mut_ptr());
+    let (mut probe, mut surveyor, mut filter) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+    // No more than this belongs to the caller's struct.
+    let short = Box::new([u64::from(MWD_CONFIG_VERSION - 1)]);
+    let short = short.as_ptr().cast::<MwdConfig>();
+    let (mut text, mut frame, mut written) = ([1; 80], [0; MWD_FRAME_SIZE], 0);
+    // SAFETY: storage of the size that the macros say, structs of their own, and a version that says which one it is.
+    unsafe {
+        mwd_probe_init(one.cast(), MWD_PROBE_SIZE, &mut probe);
+        mwd_surveyor_init(other.cast(), MWD_SURVEYOR_SIZE, &mut surveyor);
+        mwd_attitude_filter_init(third.cast(), MWD_ATTITUDE_FILTER_SIZE, &mut filter);
+        assert_eq!(mwd_config_validate(short, text.as_mut_ptr(), 80), MwdStatus::ErrorVersion);
+        assert!(CStr::from_ptr(text.as_ptr()).to_str().unwrap().starts_with("version must be "));
+        assert_eq!(mwd_probe_configure(probe, short), MwdStatus::ErrorVersion);
+        assert_eq!(mwd_surveyor_configure(surveyor, short), MwdStatus::ErrorVersion);
+        assert_eq!(mwd_attitude_filter_start(filter, short), MwdStatus::ErrorVersion);
+        let bytes = frame.len();
+        let boot = mwd_frame_boot(short, [0; 12].as_ptr(), 0, frame.as_mut_ptr(), bytes, &mut written);
+        assert_eq!(boot, MwdStatus::ErrorVersion);
+    }
+}
+
+/// What is wrong with the place for a result is said before anything is done for it.
+#[test]
+fn a_call_without_a_place_for_its_result_does_nothing() {
+    let mut memories = [MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MWD_MOUNTING_CHECK_SIZE].map(storage);
+    let [one, other, third] = memories.each_mut().map(|memory| memory.as_mut_ptr());
+    let (mut probe, mut surveyor, mut check) = (ptr::null_mut(), ptr::null_mut(), ptr::null_mut());
+    let (sample, mut output, mut found) = (MwdSample::default(), MwdOutput::default(), MwdMounting::default());
+    let (mut words, mut frame, mut written) = ([0_u32; 2], [9_u8; MWD_FRAME_SIZE], 77);
+    // SAFETY: storage of the size that the macros say, and structs of their own; a misaligned pointer is refused.
+    unsafe {
+        mwd_probe_init(one.cast(), MWD_PROBE_SIZE, &mut probe);
+        mwd_surveyor_init(other.cast(), MWD_SURVEYOR_SIZE, &mut surveyor);
+        mwd_mounting_check_init(third.cast(), MWD_MOUNTING_CHECK_SIZE, &mut check);
+        let config = config();
+        assert_eq!(mwd_probe_configure(probe, &config), MwdStatus::Ok);
+        assert_eq!(mwd_surveyor_configure(surveyor, &config), MwdStatus::Ok);
+        assert_eq!(mwd_probe_push(probe, &sample, &mut output), MwdStatus::Ok);
+        let before = third.cast::<u8>();
+        let state = || std::slice::from_raw_parts(before, size_of::<MwdMountingCheck>()).to_vec();
+        let untouched = state();
+        assert_eq!(mwd_mounting_check_push(check, probe, &sample, ptr::null_mut()), MwdStatus::ErrorNull);
+        assert!(state() == untouched, "it has taken the sample");
+        assert_eq!(mwd_mounting_check_push(check, probe, &sample, &mut found), MwdStatus::Ok);
+        assert!(state() != untouched, "and would have");
+
+        let askew = words.as_mut_ptr().cast::<u8>().add(1).cast();
+        let mut survey = std::mem::MaybeUninit::<MwdSurvey>::uninit();
+        let pushed = mwd_surveyor_push(surveyor, probe, &sample, &output, askew);
+        assert_eq!(pushed, MwdStatus::ErrorMisaligned);
+        let latest = mwd_surveyor_latest(surveyor, MWD_SURVEY_CONTINUOUS, survey.as_mut_ptr());
+        assert_eq!(latest, MwdStatus::Nothing, "it has taken the sample");
+
+        let bytes = frame.len();
+        let nowhere = mwd_frame_output(&output, 0, frame.as_mut_ptr(), bytes, ptr::null_mut());
+        assert_eq!(nowhere, MwdStatus::ErrorNull);
+        assert!(frame.iter().all(|byte| *byte == 9), "a frame without a length");
+        assert_eq!(mwd_frame_output(&output, 0, frame.as_mut_ptr(), bytes, &mut written), MwdStatus::Ok);
+    }
+}
+
+/// A delay of the magnetometer that the caller has taken out makes the azimuth of a tool that turns more certain.
+#[test]
+fn the_filter_alone_is_told_which_delays_are_known() {
+    let sigma = |latency_mag_s| {
+        let mut memory = storage(MWD_ATTITUDE_FILTER_SIZE);
+        let (mut filter, mut attitude) = (ptr::null_mut(), MwdAttitude::default());
+        let config = MwdConfig { latency_mag_s, latency_gyro_s: 0.0, ..config() };
+        let start = memory.as_mut_ptr().cast();
+        // SAFETY: storage of the size that the macro says, and structs of their own.
+        unsafe {
+            assert_eq!(mwd_attitude_filter_init(start, MWD_ATTITUDE_FILTER_SIZE, &mut filter), MwdStatus::Ok);
+            assert_eq!(mwd_attitude_filter_start(filter, &config), MwdStatus::Ok);
+            for k in 0..3_000_u16 {
+                let (sine, cosine) = (f32::from(k) * 0.005 * 2.0).sin_cos();
+                // Horizontal, and turning about its axis.
+                let rate = [0.0, 0.0, 2.0];
+                let turned = |[x, y, z]: [f32; 3]| [x * cosine + y * sine, y * cosine - x * sine, z];
+                let (force, field) = (turned([9.8, 0.0, 0.0]), turned([-40.0, 10.0, 18.0]));
+                mwd_attitude_filter_push(filter, 0.005, rate.as_ptr(), force.as_ptr(), field.as_ptr(), &mut attitude);
+            }
+        }
+        attitude.sigma_azimuth_rad
+    };
+    let [known, unknown] = [sigma(0.0), sigma(f32::NAN)];
+    assert!(known > 0.0 && known < unknown, "{known} {unknown}");
 }
