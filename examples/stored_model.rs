@@ -106,7 +106,7 @@ fn model(probe: &Probe, report: &WindowReport) -> StoredModel {
         gyro: *probe.gyro_model(),
         sigma: report.sigma,
         effects: ActiveEffects::none(),
-        library: fingerprint(&LIBRARY),
+        library: fingerprint(probe.library(), probe.config()),
         temperature_c: None,
         t_us: report.t_end_us,
         reason: StoreReason::Command,

@@ -85,7 +85,7 @@ fn stored() -> Vec<u8> {
     let mut store = ModelStore::<_, 3>::open(MockFlash::<4, 8192>::new(3, 1), Limits::new(&config, &LIBRARY)).unwrap();
     while store.prepare(NotDrilling::PowerUp).unwrap() == Preparation::More {}
     let gyro = GyroModel { b_rad_s: [0.01, -0.02, 0.03], ..GyroModel::IDENTITY };
-    let flying = *ModelHistory::of_factory(&gyro, &LIBRARY).latest();
+    let flying = *ModelHistory::of_factory(&Config { gyro, ..config }, &LIBRARY).latest();
     for (t_us, temperature) in [(1, 20.0), (2, 60.0), (3, 61.0)] {
         store.store_model(&StoredModel { t_us, temperature_c: Some([temperature; 2]), ..flying }).unwrap();
         store.store_counter(t_us).unwrap();

@@ -7,7 +7,7 @@ use crate::{
     identification::WindowReport,
     storage::{
         LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
-        StorageError, StoreReason, StoredModel,
+        StorageError, StoreReason, StoredModel, fingerprint,
     },
     survey::VibrationDose,
     telemetry::{CommandRefusal, CounterStore},
@@ -100,12 +100,13 @@ impl<F: NorFlash> Memory<F> {
     /// Notes that a stored model flies from now on.
     fn flown(&mut self, probe: &Probe, model: &StoredModel, number: u32, previous: Option<StoredModel>) {
         self.gate = StabilityGate::new(&probe.config().gyro, Some(model));
-        self.history = ModelHistory::new(model, previous);
+        self.history = ModelHistory::new(model, fingerprint(&LIBRARY, probe.config()), previous);
         (self.restored, self.goes_on_after_s, self.reason) = (Some(number), None, None);
     }
 
     /// Notes that the factory's model of a new configuration flies from now on.
     pub(super) fn configured(&mut self, config: &Config) {
+        self.store.set_limits(&Limits::new(config, &LIBRARY));
         (self.gate, self.history) = afresh(config);
         (self.restored, self.goes_on_after_s, self.reason) = (None, None, None);
     }
@@ -280,7 +281,7 @@ impl<F: NorFlash> Memory<F> {
 
 /// Makes the gate and the history of a probe that flies the factory's model.
 fn afresh(config: &Config) -> (StabilityGate, ModelHistory) {
-    (StabilityGate::new(&config.gyro, None), ModelHistory::of_factory(&config.gyro, &LIBRARY))
+    (StabilityGate::new(&config.gyro, None), ModelHistory::of_factory(config, &LIBRARY))
 }
 
 /// Translates an error of the storage for the sender of a command.

@@ -4,7 +4,7 @@ use super::Probe;
 use crate::{
     estimator::{Learnt, LearntHead, NotContinued, P_DRIFT},
     identification::WindowReport,
-    storage::{Implausible, Limits, StabilityGate, StoredModel},
+    storage::{Implausible, Limits, StabilityGate, StoredModel, fingerprint},
 };
 
 /// Reason for which a stored model does not fly.
@@ -16,7 +16,7 @@ pub enum NotRestored {
     NotAtTheBeginning,
     /// The configuration switches off the effects that belong to the stored bias.
     EffectsSwitchedOff,
-    /// The model is outside the limits of this configuration, or needs another library of effects.
+    /// The model is outside the limits of this configuration, or its effects are relative to another one.
     Implausible(Implausible),
 }
 
@@ -96,6 +96,6 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 
     /// Returns the flown model if it is worth storing. Call it with every report of [`Probe::poll`].
     pub fn model_worth_storing(&self, report: &WindowReport, gate: &mut StabilityGate) -> Option<StoredModel> {
-        gate.window(report, self.gyro_model(), self.effects(), self.library())
+        gate.window(report, self.gyro_model(), self.effects(), fingerprint(self.library(), &self.config))
     }
 }

@@ -169,7 +169,7 @@ fn another_library_takes_effect_with_the_next_configuration() {
             gyro: config.gyro,
             sigma: [0.01; 12],
             effects: crate::compensation::ActiveEffects::none(),
-            library: fingerprint(&effects::LIBRARY),
+            library: fingerprint(&effects::LIBRARY, &config),
             temperature_c: None,
             t_us: 1,
             reason: StoreReason::Command,

@@ -3,6 +3,7 @@
 use super::{StoreReason, StoredModel, fingerprint, stability::agrees};
 use crate::{
     compensation::{ActiveEffects, Effect, GyroModel},
+    config::Config,
     identification::{Decision, WindowReport},
 };
 
@@ -24,25 +25,26 @@ struct Proposal {
 }
 
 impl ModelHistory {
-    /// History of a probe that starts afresh with this model; `previous` flew before.
+    /// History of a probe that starts afresh with this model; `previous` flew before. `library` is the [`fingerprint`]
+    /// of what effects are relative to from now on, which a model without effects need not have.
     #[must_use]
-    pub const fn new(flying: &StoredModel, previous: Option<StoredModel>) -> Self {
-        Self { flying: StoredModel { reason: StoreReason::Command, ..*flying }, previous, proposal: None }
+    pub const fn new(flying: &StoredModel, library: u32, previous: Option<StoredModel>) -> Self {
+        Self { flying: StoredModel { library, reason: StoreReason::Command, ..*flying }, previous, proposal: None }
     }
 
-    /// History of a probe that starts with the factory's model.
+    /// History of a probe that starts with the factory's model of this configuration.
     #[must_use]
-    pub fn of_factory(factory: &GyroModel, library: &[&dyn Effect]) -> Self {
+    pub fn of_factory(config: &Config, library: &[&dyn Effect]) -> Self {
         let flying = StoredModel {
-            gyro: *factory,
+            gyro: config.gyro,
             sigma: [0.0; 12],
             effects: ActiveEffects::none(),
-            library: fingerprint(library),
+            library: fingerprint(library, config),
             temperature_c: None,
             t_us: 0,
             reason: StoreReason::Command,
         };
-        Self::new(&flying, None)
+        Self { flying, previous: None, proposal: None }
     }
 
     /// Takes a window's report once it has taken effect, with the flown model and the temperatures that it comes

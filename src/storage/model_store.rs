@@ -128,6 +128,18 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(store)
     }
 
+    /// Takes the limits of another configuration and reads all sectors anew with them, if they allow other models. A
+    /// record that is being written then is given up: it comes from the configuration before.
+    #[inline(never)]
+    pub fn set_limits(&mut self, limits: &Limits) {
+        if self.limits.are(limits) {
+            return;
+        }
+        (self.writing, self.writing_learnt, self.learnt_number) = (None, None, None);
+        self.limits = *limits;
+        self.look_again();
+    }
+
     /// Reads the states of the sectors. Returns the number of damaged places in them. Fails if nothing at all can be
     /// read: a flash that does not answer must not count as empty and be erased.
     #[inline(never)]

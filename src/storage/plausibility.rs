@@ -61,7 +61,8 @@ pub enum Implausible {
     },
     /// The temperatures are not a range, or no electronics works there.
     Temperature,
-    /// The model's effects are numbered in another library than this firmware's.
+    /// The model's effects are numbered in another library than this firmware's, or are relative to another calibration
+    /// or latency than the configuration's.
     OtherLibrary,
     /// An effect is not in the library, is there twice, or has an implausible parameter.
     Effect {
@@ -83,8 +84,15 @@ impl Limits {
             coupling: PLAUSIBLE_SIGMAS * prior.prior_sigma_off_diagonal,
             bias_rad_s: PLAUSIBLE_SIGMAS * prior.prior_sigma_bias_rad_s,
             library,
-            fingerprint: fingerprint(library),
+            fingerprint: fingerprint(library, config),
         }
+    }
+
+    /// Returns true if both allow the same models.
+    pub(super) fn are(&self, other: &Self) -> bool {
+        let of =
+            |limits: &Self| (limits.factory, [limits.scale, limits.coupling, limits.bias_rad_s], limits.fingerprint);
+        of(self) == of(other)
     }
 
     /// Checks that a model may fly.

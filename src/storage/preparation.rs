@@ -167,7 +167,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Reads all sectors anew; counters stay.
-    fn look_again(&mut self) {
+    pub(super) fn look_again(&mut self) {
         let Index { counts, last_number, .. } = self.index;
         self.index = Index { counts, last_number, ..self.scan(None) };
     }

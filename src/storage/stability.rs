@@ -1,8 +1,8 @@
 //! Decision whether the flown model is worth storing: only one that several windows in succession have confirmed.
 
-use super::{StoreReason, StoredModel, fingerprint};
+use super::{StoreReason, StoredModel};
 use crate::{
-    compensation::{ActiveEffects, Effect, GyroModel},
+    compensation::{ActiveEffects, GyroModel},
     identification::{Decision, Refusal, WindowReport},
     sample::{Sample, SampleFlags, is_temperature},
 };
@@ -73,13 +73,14 @@ impl StabilityGate {
     }
 
     /// Takes a window's report once it has taken effect, with the flown model. Returns the model if it is worth a
-    /// record. It counts as stored from [`StabilityGate::stored`] on.
+    /// record. It counts as stored from [`StabilityGate::stored`] on. `library` is the
+    /// [`fingerprint`](super::fingerprint) of what the effects are relative to.
     pub fn window(
         &mut self,
         report: &WindowReport,
         gyro: &GyroModel,
         effects: &ActiveEffects,
-        library: &[&dyn Effect],
+        library: u32,
     ) -> Option<StoredModel> {
         let same_effects = effects.iter().map(|found| found.index).eq(self.effects.iter().map(|found| found.index));
         if report.decision == Decision::Accepted {
@@ -103,7 +104,7 @@ impl StabilityGate {
             gyro: *gyro,
             sigma: self.sigma,
             effects: *effects,
-            library: fingerprint(library),
+            library,
             temperature_c: self.range_c,
             t_us: report.t_end_us,
             reason: StoreReason::Stable { windows: self.agreeing },

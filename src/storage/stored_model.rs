@@ -1,7 +1,10 @@
 //! Stored model: its content, and its layout in a record.
 
 use super::little_endian::{Reader, Writer};
-use crate::compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE};
+use crate::{
+    compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE},
+    config::Config,
+};
 
 /// Version of the payload's layout that this firmware writes. It also reads version 1, which has two numbers more.
 pub(super) const VERSION: u8 = 2;
@@ -17,7 +20,7 @@ pub struct StoredModel {
     pub sigma: [f32; 12],
     /// Effects that were taken out beside it.
     pub effects: ActiveEffects,
-    /// [`fingerprint`] of the library that `effects` count in.
+    /// [`fingerprint`] of what `effects` are relative to.
     pub library: u32,
     /// Lowest and highest temperature of the samples that it comes from, degrees Celsius; `None` without a reading.
     pub temperature_c: Option<[f32; 2]>,
@@ -42,13 +45,21 @@ pub enum StoreReason {
     Command,
 }
 
-/// Returns the fingerprint of a library of effects: a stored effect is a place in a library, and another library has
-/// another effect there.
+/// Returns the fingerprint of all that stored effects are relative to: the library in which each is a place, the
+/// calibrations of accelerometer and magnetometer, and the declared latencies. With another calibration what an effect
+/// says of its sensor would be taken out twice.
 #[must_use]
-pub fn fingerprint(library: &[&dyn Effect]) -> u32 {
-    // FNV-1a is enough: it has to show a changed name, not to resist an attack.
-    let names = library.iter().flat_map(|effect| effect.name().bytes().chain([0]));
-    names.fold(0x811C_9DC5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+#[inline(never)]
+pub fn fingerprint(library: &[&dyn Effect], config: &Config) -> u32 {
+    // FNV-1a is enough: it has to show a change, not to resist an attack.
+    let add = |hash: u32, byte: u8| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+    let names = library.iter().flat_map(|effect| effect.name().bytes().chain([0])).fold(0x811C_9DC5, add);
+    let (accel, mag, latency) = (&config.accel, &config.mag, &config.latency);
+    // Minus one is no latency: one that is not known is another than zero.
+    let late = [latency.gyro_s, latency.accel_s, latency.mag_s].map(|late_s| late_s.unwrap_or(-1.0));
+    let vectors = [&accel.matrix, &mag.matrix].into_iter().flatten();
+    let numbers = vectors.chain([&accel.offset, &mag.offset, &late]).flatten();
+    numbers.fold(names, |hash, x| x.to_bits().to_le_bytes().into_iter().fold(hash, add))
 }
 
 impl StoredModel {

@@ -67,7 +67,7 @@ fn ended(config: &Config, trace: &Trace) -> Ended {
             gyro: *first.gyro_model(),
             sigma,
             effects: *first.effects(),
-            library: fingerprint(first.library()),
+            library: fingerprint(first.library(), config),
             temperature_c: None,
             t_us: 1,
             reason: StoreReason::Command,

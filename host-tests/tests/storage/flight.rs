@@ -1,12 +1,14 @@
 //! From a flight into flash and back into a flight.
 
-use super::models::{Chip, Dice, limits, open, prepare};
+use super::models::{Chip, Dice, limits, prepare};
 use crate::rig::files::scenario;
 use meerkat_mwd::{
     Config, Probe,
-    compensation::{GyroModel, effects::LIBRARY},
+    compensation::{ActiveEffects, FoundEffect, GyroModel, VectorModel, effects::LIBRARY},
     probe::{NotRestored, Output},
-    storage::{Implausible, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint},
+    storage::{
+        Implausible, Limits, ModelHistory, ModelStore, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint,
+    },
 };
 use mwd::{
     flight::configuration::of_trace,
@@ -50,7 +52,8 @@ fn rate_error_deg_s(trace: &Trace, outputs: &[Output]) -> f64 {
     (truths.iter().zip(outputs).map(square).sum::<f64>() / outputs.len() as f64).sqrt().to_degrees()
 }
 
-fn through_flash(model: &StoredModel) -> StoredModel {
+fn through_flash(model: &StoredModel, config: &Config) -> StoredModel {
+    let open = |flash| ModelStore::<_, 3>::open(flash, Limits::new(config, &LIBRARY)).unwrap();
     let mut store = open(Chip::new(3, 1));
     prepare(&mut store);
     store.store_model(model).unwrap();
@@ -75,7 +78,7 @@ fn a_model_that_has_proved_stable_is_stored_and_flies_from_the_first_sample_afte
             if let Some(model) = first.model_worth_storing(&report, &mut gate) {
                 assert!(flies(&first, &model));
                 gate.stored(&model);
-                stored.push(through_flash(&model));
+                stored.push(through_flash(&model, &config));
             }
         }
         assert_eq!(stored.len(), 1, "seed {seed}: once, for the next is not due before half an hour");
@@ -115,15 +118,16 @@ fn a_flight_that_is_broken_off_anywhere_goes_on_with_the_same_model() {
         if k % 997 != 996 {
             continue;
         }
-        let model = through_flash(&StoredModel {
+        let model = StoredModel {
             gyro: *first.gyro_model(),
             sigma: [0.001; 12],
             effects: *first.effects(),
-            library: fingerprint(&LIBRARY),
+            library: fingerprint(&LIBRARY, &config),
             temperature_c: None,
             t_us: sample.t_us,
             reason: StoreReason::Command,
-        });
+        };
+        let model = through_flash(&model, &config);
         assert!(flies(&first, &model));
         different += u32::from(model.gyro != config.gyro);
         let mut second = probe(&config, Some(&model));
@@ -144,8 +148,9 @@ fn effects_are_restored_to_the_bit() {
     let mut dice = Dice::new(51);
     for effects in 0..=6 {
         for _ in 0..10 {
-            let model = dice.model(effects, 0, 0);
-            let restored = through_flash(&model);
+            let library = fingerprint(&LIBRARY, &config);
+            let model = StoredModel { library, ..dice.model(effects, 0, 0) };
+            let restored = through_flash(&model, &config);
             assert_eq!(restored, model);
             let mut probe = probe(&config, Some(&restored));
             for sample in &trace.samples[..200] {
@@ -194,4 +199,71 @@ fn a_model_is_restored_only_at_the_beginning_and_with_its_effects() {
     assert!(without.effects().is_empty() && *without.gyro_model() == config.gyro);
     assert_eq!(without.restore(&plain), Ok(()));
     assert_eq!(limits().check(&with_effects), Ok(()));
+}
+
+/// An effect says what is left of its sensor after the configured calibration and latency. With other ones it would be
+/// taken out twice, so it does not fly; a model without effects does.
+#[test]
+fn effects_do_not_fly_with_another_calibration_or_latency() {
+    let plain = Config::default();
+    let place = LIBRARY.iter().position(|effect| effect.name() == "hard_iron").unwrap();
+    let mut hard_iron = FoundEffect { index: place as u8, ..FoundEffect::default() };
+    (hard_iron.parameters[0], hard_iron.sigma[0]) = (8.0, 0.5);
+    let mut model = *ModelHistory::of_factory(&plain, &LIBRARY).latest();
+    assert!(model.effects.add(hard_iron));
+    let bare = StoredModel { effects: ActiveEffects::none(), ..model };
+    let other = |change: &dyn Fn(&mut Config)| {
+        let mut config = plain;
+        change(&mut config);
+        config
+    };
+    let turned = [[1.0, 0.001, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let others = [
+        other(&|config| config.mag.offset = [8.0, 0.0, 0.0]),
+        other(&|config| config.mag = VectorModel { matrix: turned, ..config.mag }),
+        other(&|config| config.accel.offset = [0.0, 0.0, 0.1]),
+        other(&|config| config.accel = VectorModel { matrix: turned, ..config.accel }),
+        other(&|config| config.latency.mag_s = Some(0.004)),
+        other(&|config| config.latency.gyro_s = Some(0.0)),
+        other(&|config| config.latency.accel_s = Some(0.002)),
+    ];
+    assert_eq!(probe(&plain, None).restore(&model), Ok(()));
+    for config in &others {
+        let refused = Err(NotRestored::Implausible(Implausible::OtherLibrary));
+        assert_eq!(probe(config, None).restore(&model), refused, "{config:?}");
+        assert_eq!(probe(config, None).restore(&bare), Ok(()), "{config:?}");
+    }
+    // What says nothing of the vector sensors leaves them.
+    let earth = other(&|config| config.earth.dip_rad = Some(1.0));
+    assert_eq!(probe(&earth, None).restore(&model), Ok(()));
+
+    // A store that takes another configuration on stores that one's models, and restores no other.
+    let mut store = ModelStore::<_, 3>::open(Chip::new(3, 2), Limits::new(&plain, &LIBRARY)).unwrap();
+    prepare(&mut store);
+    let first = store.store_model(&model).unwrap();
+    store.begin_model(&model).unwrap();
+    store.step().unwrap();
+    let chosen = |store: &mut ModelStore<Chip, 3>| match store.restore(None).unwrap().outcome {
+        Outcome::Chosen { number, .. } => Some(number),
+        _ => None,
+    };
+    store.set_limits(&Limits::new(&others[0], &LIBRARY));
+    assert_eq!((chosen(&mut store), store.verify()), (None, Ok(true)));
+    assert!(store.store_model(&model).is_err(), "its effects are relative to what does not fly any more");
+    let second = StoredModel { library: fingerprint(&LIBRARY, &others[0]), ..model };
+    let second = store.store_model(&second).unwrap();
+    assert_eq!((chosen(&mut store), store.verify()), (Some(second), Ok(true)));
+    store.set_limits(&Limits::new(&plain, &LIBRARY));
+    assert_eq!((chosen(&mut store), store.verify()), (Some(first), Ok(true)));
+}
+
+/// A model without effects is restored whatever it was stored under; effects found after it are of the present
+/// configuration, and are stored as such.
+#[test]
+fn what_is_found_after_a_restored_model_has_the_present_fingerprint() {
+    let config = Config::default();
+    let old = StoredModel { library: 1, ..*ModelHistory::of_factory(&config, &LIBRARY).latest() };
+    assert_eq!(probe(&config, None).restore(&old), Ok(()));
+    let present = fingerprint(&LIBRARY, &config);
+    assert_eq!(ModelHistory::new(&old, present, None).latest().library, present);
 }

@@ -74,10 +74,11 @@ fn report(t_end_us: u64, decision: Decision, fitted: GyroModel) -> WindowReport 
 #[test]
 fn the_latest_window_that_could_look_is_proposed_while_its_effects_fly() {
     let mut dice = Dice::new(62);
-    let factory = Config::default().gyro;
+    let config = Config::default();
+    let factory = config.gyro;
     let [first, second] = [dice.model(0, 0, 0), dice.model(2, 0, 0)];
     let none = first.effects;
-    let mut history = ModelHistory::of_factory(&factory, &LIBRARY);
+    let mut history = ModelHistory::of_factory(&config, &LIBRARY);
     assert_eq!((history.proposed(0, &none), history.previous()), (None, None));
 
     // The factory's model flies on, and a fit was refused; then a window that could not look.

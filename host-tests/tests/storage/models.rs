@@ -60,7 +60,7 @@ impl Dice {
             gyro,
             sigma: [(); 12].map(|()| self.within(0.01).abs()),
             effects: active,
-            library: fingerprint(&LIBRARY),
+            library: fingerprint(&LIBRARY, &Config::default()),
             temperature_c: Some([middle - half, middle + half]),
             t_us,
             reason: StoreReason::Stable { windows: self.below(200) as u8 },

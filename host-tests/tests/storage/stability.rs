@@ -2,7 +2,7 @@ use super::models::Dice;
 use crate::rig;
 use meerkat_mwd::{
     Sample,
-    compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
+    compensation::{ActiveEffects, GyroModel},
     identification::{Decision, Refusal, WindowReport},
     storage::{BETWEEN_STORES_US, STABLE_WINDOWS, StabilityGate, StoredModel},
 };
@@ -33,7 +33,7 @@ struct Play {
 impl Play {
     fn window(&mut self, decision: Decision, gyro: &GyroModel) -> Option<StoredModel> {
         self.window += 1;
-        self.gate.window(&report(decision, self.window), gyro, &ActiveEffects::none(), &LIBRARY)
+        self.gate.window(&report(decision, self.window), gyro, &ActiveEffects::none(), 7)
     }
 }
 
