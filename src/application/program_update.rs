@@ -15,7 +15,7 @@ pub trait ProgramUpdate {
     /// Begins to receive an image; what was being received is dropped.
     ///
     /// # Errors
-    /// The reason of the refusal.
+    /// The reason of the refusal, which drops nothing: `Busy` while the program that runs is on trial.
     fn begin(&mut self, image: &Image) -> Result<(), CommandRefusal>;
 
     /// Erases one block, if one is left to erase.
@@ -63,7 +63,6 @@ impl<F: NorFlash> ProgramUpdate for Updater<F> {
     }
 
     fn begin(&mut self, image: &Image) -> Result<(), CommandRefusal> {
-        self.receiving = None;
         self.receiving = Some(self.slots.begin(self.running, *image).map_err(refusal)?);
         (self.is_erased, self.report.other) = (false, None);
         Ok(())
@@ -85,7 +84,11 @@ impl<F: NorFlash> ProgramUpdate for Updater<F> {
         if !self.is_erased {
             return Err(CommandRefusal::Busy);
         }
-        self.slots.write(receiving, part.offset, part.bytes).map_err(refusal)
+        self.slots.write(receiving, part.offset, part.bytes).map_err(|error| match error {
+            // The flash does not hold what was written; the image itself is compared at its end.
+            StorageError::NotVerified => CommandRefusal::StorageFailed,
+            error => refusal(error),
+        })
     }
 
     fn finish(&mut self) -> Result<(), CommandRefusal> {
@@ -108,6 +111,7 @@ fn refusal<E>(error: StorageError<E>) -> CommandRefusal {
             CommandRefusal::ImageNotNewer { stored: u32::try_from(stored).unwrap_or(u32::MAX) }
         }
         StorageError::Full => CommandRefusal::ImageSize,
+        StorageError::Busy => CommandRefusal::Busy,
         StorageError::NotTheNext { expected } => CommandRefusal::NotTheNext { expected },
         StorageError::NotVerified => CommandRefusal::NotTheImage,
         _ => CommandRefusal::StorageFailed,

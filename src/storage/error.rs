@@ -13,7 +13,7 @@ pub enum StorageError<E> {
     Geometry(&'static str),
     /// No erased room is left: prepare the storage as soon as the tool is not drilling.
     Full,
-    /// A record is being written: call `step` until it is done.
+    /// A record is being written: call `step` until it is done. Of images: one is on trial, and confirms itself soon.
     Busy,
     /// The estimator was updated while its state was being written; that state is not stored.
     FilterWentOn,

@@ -198,7 +198,8 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Begins to receive an image into the slot that does not run. Nothing is erased or written yet.
     ///
     /// # Errors
-    /// The image is empty or too long, or its number is not above those of the images that are there.
+    /// The image is empty or too long, or its number is not above those of the images that are there; or the running
+    /// image is on trial and the other slot holds the confirmed one, which stays until the trial is over (`Busy`).
     pub fn begin(&mut self, running: Slot, image: Image) -> Result<Receiving, StorageError<F::Error>> {
         if image.length == 0 || image.length > self.longest() {
             return Err(StorageError::Full);
@@ -206,6 +207,11 @@ impl<F: NorFlash> ImageSlots<F> {
         let held = Slot::BOTH.map(|slot| self.held(slot));
         if let Some(stored) = held.iter().flatten().map(|it| it.image.number).filter(|it| *it >= image.number).max() {
             return Err(StorageError::CounterGoesBack { stored: stored.into() });
+        }
+        let (trial, kept) = ((running, false), (running.other(), true));
+        let is_held = |slot| held.iter().flatten().any(|it| (it.slot, it.is_confirmed) == slot);
+        if is_held(trial) && is_held(kept) {
+            return Err(StorageError::Busy);
         }
         Ok(Receiving { slot: running.other(), image, unerased: self.slot_bytes(), received: 0 })
     }
@@ -228,7 +234,7 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Writes the next bytes of the image and reads them back. All but the last are multiples of 32 bytes.
     ///
     /// # Errors
-    /// The bytes are not the next ones, or too many; the slot is not erased; or the flash failed: the sender begins
+    /// The bytes are none, not the next ones, or too many; the slot is not erased; or the flash failed: the sender begins
     /// anew.
     #[inline(never)]
     pub fn write(
@@ -240,7 +246,7 @@ impl<F: NorFlash> ImageSlots<F> {
         let Receiving { slot, image, unerased, received } = receiving;
         let end = u64::from(offset) + bytes.len() as u64;
         let is_whole = bytes.len().is_multiple_of(GRANULE) || end == u64::from(image.length);
-        if offset != *received || end > u64::from(image.length) || !is_whole || *unerased > 0 {
+        if bytes.is_empty() || offset != *received || end > u64::from(image.length) || !is_whole || *unerased > 0 {
             return Err(StorageError::NotTheNext { expected: *received });
         }
         let base = self.address(*slot);

@@ -277,8 +277,8 @@ pub(super) fn listen<T>(
     Ok(Err(format!("{} frames came, {} bad", heard.frames, heard.bad)))
 }
 
-/// Sends a command, once more if the probe has seen a higher counter from another host, and waits for the answer; else
-/// says how much came.
+/// Sends a command, once more if the probe has seen a higher counter from another host or had no room for the counter,
+/// and waits for the answer; else says how much came.
 ///
 /// # Errors
 /// The line failed, or the key cannot be used.
@@ -296,6 +296,10 @@ pub(super) fn send_counting(
             Some(key),
         ) => {
             key.set_latest(*latest)?;
+            send(line, command, Some(key), probe, deadline)
+        }
+        // At rest the probe has made room by now.
+        (Ok(Outcome::Refused(CommandRefusal::CounterNotStored)), Some(key)) => {
             send(line, command, Some(key), probe, deadline)
         }
         _ => Ok(answer),

@@ -32,8 +32,9 @@ const PART: Duration = Duration::from_secs(2);
 /// Longest wait for the answer to a command before it is given again, also a quarter of the deadline: a survey and a
 /// diagnosis on a line of 9,600 baud go first.
 const COMMAND: Duration = Duration::from_secs(10);
-/// Pause before a command is given again to a probe that moves.
-const MOVING: Duration = Duration::from_secs(2);
+/// First and longest pause before a command is given again to a probe that moves, or whose program is on trial. Each
+/// pause is twice as long as the one before: every try takes room in the probe's flash, which ends while it drills.
+const PAUSES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(60)];
 /// Pause before a part is sent again to a probe that still erases.
 const ERASING: Duration = Duration::from_millis(50);
 
@@ -134,16 +135,21 @@ impl Probe {
         })
     }
 
-    /// Gives a command with the key, again while the probe does not stand still. Where the command or its answer was
-    /// lost, the probe's report tells whether it `is_done`; else the command is given again.
+    /// Gives a command with the key, again while the probe does not stand still or is busy. Where the command or its
+    /// answer was lost, the probe's report tells whether it `is_done`; else the command is given again.
     fn ask(&mut self, command: &Command, is_done: impl Fn(&ProgramReport) -> bool) -> anyhow::Result<()> {
         let until = Instant::now() + self.deadline;
         let wait = COMMAND.min(self.deadline / 4);
+        let [mut pause, longest] = PAUSES;
         loop {
             let left = until.saturating_duration_since(Instant::now());
             match send_counting(&mut self.line, command, Some(&mut self.key), self.id, wait)? {
                 Ok(Outcome::Accepted) => return Ok(()),
-                Ok(Outcome::Refused(CommandRefusal::WhileDrilling)) if !left.is_zero() => thread::sleep(MOVING),
+                Ok(Outcome::Refused(CommandRefusal::WhileDrilling | CommandRefusal::Busy)) if !left.is_zero() => {
+                    // What the probe says meanwhile is read, so that its latest report is not an old one.
+                    let _ = listen(&mut self.line, pause.min(left), |_| None::<()>)?;
+                    pause = longest.min(2 * pause);
+                }
                 Ok(Outcome::Refused(reason)) => {
                     return Err(Failure::BadInput(format!("the probe refused: {reason}")).into());
                 }

@@ -2,7 +2,12 @@
 
 use super::models::Dice;
 use blake2::{Blake2s256, Digest};
-use meerkat_mwd::storage::{Image, ImageSlots, Receiving, Slot, Start, StorageError};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use meerkat_mwd::{
+    application::{ProgramUpdate, Updater},
+    storage::{Image, ImageSlots, Receiving, Slot, Start, StorageError},
+    telemetry::{CommandRefusal, ImagePart},
+};
 use mwd::target::mock_flash::{CUTS, MockError, MockFlash};
 
 const PAGE: usize = 1_024;
@@ -109,6 +114,86 @@ fn an_update_that_is_not_confirmed_is_rolled_back_and_can_be_sent_again() {
     }
     let old = slots.begin(Slot::First, image(4, &programs()[1])).map(drop);
     assert_eq!(old, Err(StorageError::CounterGoesBack { stored: 4 }));
+}
+
+/// A third image cannot replace the one that is confirmed while the second is on trial: if that one hung, nothing would
+/// be left to start.
+#[test]
+fn while_an_image_is_on_trial_the_confirmed_one_stays() {
+    let mut slots = slots(from_the_factory());
+    let [old, new] = programs();
+    update(&mut slots, Slot::First, 2, &new).unwrap();
+    assert_eq!(slots.choose(), Some(Start::Trial(Slot::Second)));
+    assert_eq!(slots.begin(Slot::Second, image(3, &old)).map(drop), Err(StorageError::Busy));
+    let lower = slots.begin(Slot::Second, image(2, &old)).map(drop);
+    assert_eq!(lower, Err(StorageError::CounterGoesBack { stored: 2 }), "no wait helps that");
+    slots.confirm(Slot::Second).unwrap();
+    assert_eq!(update(&mut slots, Slot::Second, 3, &old), Ok(()));
+    assert_eq!(slots.choose(), Some(Start::Trial(Slot::First)));
+}
+
+/// The same by the receiver of a program: what a probe on trial is receiving is not dropped by an announcement that is
+/// refused, and a flash that does not take a part is told as that.
+#[test]
+fn a_refused_announcement_drops_nothing() {
+    let mut slots = slots(from_the_factory());
+    let [old, new] = programs();
+    update(&mut slots, Slot::First, 2, &new).unwrap();
+    assert_eq!(slots.choose(), Some(Start::Trial(Slot::Second)));
+    let mut updater = Updater::new(slots, Slot::Second);
+    assert_eq!(updater.begin(&image(3, &old)), Err(CommandRefusal::Busy));
+    assert!(updater.confirm());
+    assert_eq!(updater.begin(&image(3, &old)), Ok(()));
+    assert_eq!(updater.part(&ImagePart { offset: 0, bytes: &old[..CHUNK] }), Err(CommandRefusal::Busy), "not erased");
+    (0..64).for_each(|_| updater.erase_next());
+    assert_eq!(updater.part(&ImagePart { offset: 0, bytes: &old[..CHUNK] }), Ok(()));
+    assert_eq!(updater.begin(&image(3, &[])), Err(CommandRefusal::ImageSize));
+    assert_eq!(updater.report().received, Some(CHUNK as u32));
+    let nothing = updater.part(&ImagePart { offset: CHUNK as u32, bytes: &[] });
+    assert_eq!(nothing, Err(CommandRefusal::NotTheNext { expected: CHUNK as u32 }), "no bytes are no progress");
+}
+
+/// Flash that says that it has programmed a word, and has not.
+struct Deaf(Region);
+
+impl ErrorType for Deaf {
+    type Error = MockError;
+}
+
+impl ReadNorFlash for Deaf {
+    const READ_SIZE: usize = <Region as ReadNorFlash>::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), MockError> {
+        self.0.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl NorFlash for Deaf {
+    const WRITE_SIZE: usize = <Region as NorFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize = <Region as NorFlash>::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), MockError> {
+        self.0.erase(from, to)
+    }
+
+    fn write(&mut self, _offset: u32, _bytes: &[u8]) -> Result<(), MockError> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_flash_that_does_not_take_a_part_is_told_as_that() {
+    let slots = ImageSlots::new(Deaf(from_the_factory())).unwrap();
+    let [_, new] = programs();
+    let mut updater = Updater::new(slots, Slot::First);
+    assert_eq!(updater.begin(&image(2, &new)), Ok(()));
+    (0..64).for_each(|_| updater.erase_next());
+    let refused = updater.part(&ImagePart { offset: 0, bytes: &new[..CHUNK] });
+    assert_eq!(refused, Err(CommandRefusal::StorageFailed));
 }
 
 #[test]

@@ -8,8 +8,8 @@ use meerkat_mwd::{
     Config, Probe, Sample,
     probe::Output,
     telemetry::{
-        Acknowledgement, AttitudeFormat, Boot, Command, CommandGate, Health, ImagePart, Judgement, Kind, MAX_FRAME,
-        Outcome, ProgramReport, SelfTest, Situation, StreamConfig, TelemetryQueue,
+        Acknowledgement, AttitudeFormat, Boot, Command, CommandGate, CommandRefusal, Health, ImagePart, Judgement,
+        Kind, MAX_FRAME, Outcome, ProgramReport, SelfTest, Situation, StreamConfig, TelemetryQueue,
     },
 };
 use std::{
@@ -40,6 +40,10 @@ pub struct Manner {
     pub deaf: bool,
     /// It takes another program; its first answer to each command is lost on the line.
     pub loses_answers: bool,
+    /// Its program is on trial when the first announcement of another one comes.
+    pub on_trial: bool,
+    /// It has no room for the first counter.
+    pub full: bool,
     /// The latest counter in its memory.
     pub latest: u64,
     /// Findings that it reports after a self-test; without any it keeps them to itself.
@@ -53,7 +57,7 @@ pub fn start(config: Config, samples: Vec<Sample>, manner: Manner, hosts: usize)
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = format!("tcp:{}", listener.local_addr().unwrap());
     let thread = thread::spawn(move || {
-        let mut store = Counters { stored: vec![manner.latest], broken: false };
+        let mut store = Counters { stored: vec![manner.latest], broken: manner.full };
         let mut log = Log::default();
         for _ in 0..hosts {
             let (stream, _) = listener.accept().unwrap();
@@ -111,7 +115,7 @@ fn serve(
             let counters = probe.counters();
             let health = Health { probe: PROBE, t_us: now_us, counters, self_test, ..Health::default() };
             let _ = queue.push_result(now_us, &health);
-            if manner.loses_answers {
+            if manner.loses_answers || manner.on_trial {
                 queue.push_result(now_us, &program).unwrap();
             }
         }
@@ -147,6 +151,14 @@ fn serve(
             let situation = Situation { now_us, drilling: manner.drilling };
             let answer = match gate.judge(&frame, situation, store) {
                 Judgement::CarryOut { sequence, command, .. } => {
+                    let kind = mem::discriminant(&command);
+                    let is_first = log.carried_out.iter().all(|before| mem::discriminant(before) != kind);
+                    if manner.on_trial && is_first && matches!(command, Command::BeginUpdate { .. }) {
+                        log.carried_out.push(command);
+                        let outcome = Outcome::Refused(CommandRefusal::Busy);
+                        queue.push_result(now_us, &Acknowledgement { sequence, outcome }).unwrap();
+                        continue;
+                    }
                     match command {
                         Command::StartRecording { .. } => recording = true,
                         Command::StopRecording => recording = false,
@@ -155,15 +167,17 @@ fn serve(
                         Command::Restart => program = ProgramReport { number: announced, other: Some(1), ..program },
                         _ => {}
                     }
-                    let kind = mem::discriminant(&command);
-                    let is_first = log.carried_out.iter().all(|before| mem::discriminant(before) != kind);
                     log.carried_out.push(command);
                     if manner.loses_answers && is_first {
                         continue;
                     }
                     Acknowledgement { sequence, outcome: Outcome::Accepted }
                 }
-                Judgement::Refuse(answer) => answer,
+                Judgement::Refuse(answer) => {
+                    // It makes room.
+                    store.broken = false;
+                    answer
+                }
                 Judgement::Ignore => continue,
             };
             queue.push_result(now_us, &answer).unwrap();

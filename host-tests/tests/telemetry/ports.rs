@@ -247,3 +247,22 @@ fn an_update_survives_lost_answers() {
     let announced = Command::BeginUpdate { number: 2, length: 3_000, digest: Blake2s256::digest(&bytes).into() };
     assert_eq!(log.carried_out, [announced, announced, Command::FinishUpdate, Command::Restart]);
 }
+
+/// A probe whose program is on trial refuses the announcement as busy, and one whose memory is full the first command:
+/// both are asked again.
+#[test]
+fn what_a_probe_cannot_do_yet_is_asked_again() {
+    let (config, samples) = flown::recording("broad_06");
+    let folder = tempfile::tempdir().unwrap();
+    let key = key_in(folder.path());
+    let image = folder.path().join("program.bin");
+    fs::write(&image, [26; 700]).unwrap();
+    let manner = Manner { on_trial: true, full: true, ..Manner::default() };
+    let (place, probe) = played_probe::start(config, samples, manner, 1);
+    let image = ["--image", image.to_str().unwrap(), "--number", "2"];
+    let said = mwd(&[&["update", &place, "--key", &key, "--deadline", "20"], &image[..]].concat());
+    assert_eq!(said.status, 0, "{}{}", said.out, said.error);
+    assert!(said.out.contains("program 2: runs and has confirmed itself"), "{}", said.out);
+    let announced = |command: &&Command| matches!(command, Command::BeginUpdate { .. });
+    assert_eq!(probe.join().unwrap().carried_out.iter().filter(announced).count(), 2);
+}

@@ -56,13 +56,14 @@ pub enum CommandRefusal {
         /// Latest counter that was used.
         latest: u64,
     },
-    /// The counter could not be read or stored: without it authenticated commands are refused.
+    /// The counter could not be read or stored: without it authenticated commands are refused. At rest the probe then
+    /// makes room, and the next try passes.
     CounterNotStored,
     /// The tool is drilling.
     WhileDrilling,
     /// The model or window that the command names is not there, or not any more.
     NothingThere,
-    /// An earlier command is not finished, or, without the key, reports were asked for too often.
+    /// An earlier command is not finished, a program is on trial, or, without the key, reports were asked for too often.
     Busy,
     /// The storage failed.
     StorageFailed,
