@@ -1,7 +1,7 @@
 //! Raw samples that a probe sends, collected to a trace.
 
 use std::{
-    fs,
+    fs, mem,
     path::{Path, PathBuf},
 };
 
@@ -17,6 +17,10 @@ use crate::{
     trace::{BodyFrame, Keys, Trace, seconds},
 };
 
+/// Step of the probe's clock from one report of health to the next, back, that only a start of the program explains,
+/// microseconds. Reports come every 5 s; late ones on a slow line keep their order.
+const MOST_BACK_US: u64 = 10_000_000;
+
 /// Raw samples of one run of a probe, with its configuration.
 #[derive(Debug, Default)]
 pub struct Recording {
@@ -31,6 +35,8 @@ pub struct Recording {
     /// Samples whose time did not increase: the pipeline refuses them, and a trace cannot hold them.
     out_of_order: u64,
     restarted: bool,
+    /// Time of the latest report of health, microseconds.
+    health_us: u64,
     refused: Option<CommandRefusal>,
     /// Day of the recording; nobody knows that of captured bytes.
     pub date: Option<NaiveDate>,
@@ -45,7 +51,7 @@ pub struct Recording {
 pub enum Progress {
     /// More may come.
     Goes,
-    /// The probe has restarted: the recording is complete.
+    /// The probe has started afresh: the recording is complete.
     Over,
 }
 
@@ -53,8 +59,12 @@ impl Recording {
     /// Takes the next message.
     pub fn take(&mut self, message: Message) -> Progress {
         match message {
-            Message::Boot(boot) => self.take_boot(boot),
+            Message::Boot(boot) => return self.take_boot(boot),
             Message::Sample(RawSample { number, sample }) => return self.take_sample(number, sample),
+            Message::Health(health) => {
+                let before_us = mem::replace(&mut self.health_us, health.t_us);
+                return self.goes_unless(before_us.saturating_sub(health.t_us) > MOST_BACK_US);
+            }
             Message::Acknowledgement(answer) => {
                 if let Outcome::Refused(reason) = answer.outcome {
                     self.refused = Some(reason);
@@ -65,22 +75,38 @@ impl Recording {
         Progress::Goes
     }
 
-    /// Samples may still arrive after the report of a start that follows them. The report that opens a
-    /// recording is no restart.
-    fn take_boot(&mut self, boot: Boot) {
+    /// Samples may still arrive after the report of a pipeline's start that follows them, none after that of a program's.
+    /// The report that opens a recording is no restart.
+    fn take_boot(&mut self, boot: Boot) -> Progress {
         if self.samples.is_empty() {
             self.boot = Some(boot);
-        } else if self.boot.as_ref().is_some_and(|before| boot.first_sample > before.first_sample) {
+            return Progress::Goes;
+        }
+        let Some(before) = &self.boot else { return Progress::Goes };
+        let run = |boot: &Boot| (boot.probe, boot.reset, boot.watchdog_resets);
+        if run(&boot) != run(before) || boot.first_sample < before.first_sample {
+            return self.goes_unless(true);
+        }
+        if boot.first_sample > before.first_sample {
             self.ends_before = Some(boot.first_sample);
         }
+        Progress::Goes
+    }
+
+    /// Ends a recording that has begun if the probe has started afresh.
+    const fn goes_unless(&mut self, restarted: bool) -> Progress {
+        if restarted && !self.samples.is_empty() {
+            self.restarted = true;
+            return Progress::Over;
+        }
+        Progress::Goes
     }
 
     fn take_sample(&mut self, number: u32, sample: Sample) -> Progress {
         if self.samples.is_empty() {
             self.first_number = number;
         } else if number < self.next_number || self.ends_before.is_some_and(|first| number >= first) {
-            self.restarted = true;
-            return Progress::Over;
+            return self.goes_unless(true);
         } else {
             self.lost += u64::from(number - self.next_number);
         }

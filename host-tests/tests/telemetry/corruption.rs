@@ -7,7 +7,7 @@ use crate::{
     commands, flown,
     frames::{self, Decoder},
 };
-use meerkat_mwd::telemetry::{AttitudeFormat, FrameDecoder, Kind};
+use meerkat_mwd::telemetry::{AttitudeFormat, FrameDecoder, Kind, MAX_FRAME, encode_frame};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -213,4 +213,18 @@ fn missing_numbers_are_counted_and_a_boot_begins_anew() {
     frames::frames(&mut decoder, &frames[8].bytes);
     frames::frames(&mut decoder, &frames[4].bytes);
     assert_eq!((decoder.counters().lost, decoder.counters().restarts), (11, 1));
+}
+
+/// A boot is also sent for a recording and after a command: what was lost before it is counted.
+#[test]
+fn a_boot_that_begins_no_program_hides_no_loss() {
+    let (mut buffer, mut decoder) = ([0; MAX_FRAME], Decoder::new());
+    for (kind, sequence) in [(Kind::Boot, 0), (Kind::Health, 1), (Kind::Boot, 60), (Kind::Health, 61)] {
+        let bytes = encode_frame(kind, sequence, &[7; 9], &mut buffer).unwrap();
+        frames::frames(&mut decoder, bytes);
+    }
+    assert_eq!((decoder.counters().lost, decoder.counters().restarts), (58, 0));
+    let bytes = encode_frame(Kind::Boot, 0, &[7; 9], &mut buffer).unwrap();
+    frames::frames(&mut decoder, bytes);
+    assert_eq!((decoder.counters().lost, decoder.counters().restarts), (58, 0), "the program has started anew");
 }

@@ -3,7 +3,7 @@
 use crate::{flown, frames, rig::program::mwd};
 use meerkat_mwd::{
     Config, Sample, SampleFlags,
-    telemetry::{AttitudeFormat, Boot, Message, RawSample},
+    telemetry::{AttitudeFormat, Boot, Health, Message, ProbeId, RawSample, ResetReason},
 };
 use mwd::{
     port::recording::{Progress, Recording},
@@ -139,4 +139,40 @@ fn a_recording_ends_where_the_pipeline_starts_afresh() {
     }
     assert_eq!(recording.take(sample(5)), Progress::Over);
     assert_eq!(recording.trace().samples.len(), 5);
+}
+
+/// A reset ends a recording, also where the new run begins with sample 0 again and sends no sample.
+#[test]
+fn a_recording_ends_where_the_program_starts_afresh() {
+    let sample = |number| {
+        Message::Sample(RawSample { number, sample: Sample { t_us: 1 + u64::from(number), ..Sample::default() } })
+    };
+    let health = |s: u64| Message::Health(Health { t_us: s * 1_000_000, ..Health::default() });
+    let first = Boot { first_sample: 3, ..Boot::new(Config::default()) };
+    let begun = || {
+        let mut recording = Recording::default();
+        // Reports that overtake each other by no more than a slow line makes them late; the recording's own boot.
+        for message in [health(900), Message::Boot(first), sample(7), Message::Boot(first), health(905), health(896)] {
+            assert_eq!(recording.take(message), Progress::Goes);
+        }
+        recording
+    };
+    let watchdog = Boot { reset: ResetReason::Watchdog, ..first };
+    let ends = [
+        Message::Boot(watchdog),
+        Message::Boot(Boot { watchdog_resets: 1, ..first }),
+        Message::Boot(Boot { first_sample: 0, ..first }),
+        Message::Boot(Boot { probe: ProbeId([9; 12]), ..first }),
+        health(885),
+    ];
+    for (case, end) in ends.into_iter().enumerate() {
+        let mut recording = begun();
+        assert_eq!(recording.take(end), Progress::Over, "{case}");
+        assert_eq!(recording.trace().samples.len(), 1, "{case}");
+    }
+    // Before the first sample it is the run that the recording is of.
+    let mut recording = Recording::default();
+    for message in [health(900), Message::Boot(first), Message::Boot(watchdog), health(1), sample(7)] {
+        assert_eq!(recording.take(message), Progress::Goes);
+    }
 }

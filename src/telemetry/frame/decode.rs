@@ -111,7 +111,8 @@ impl<const N: usize> FrameDecoder<N> {
         };
         let sequence = u16::from_le_bytes([low, high]);
         let missing = match self.next {
-            Some(next) if kind != Kind::Boot.number() => sequence.wrapping_sub(next),
+            // The first frame of a program is its boot, with number 0; other boots are frames like any other.
+            Some(next) if kind != Kind::Boot.number() || sequence != 0 => sequence.wrapping_sub(next),
             _ => 0,
         };
         // A step ahead of 2^15 or more is more likely a step back.
