@@ -129,7 +129,7 @@ impl<T: Real> Averaging<T> {
         columns.end < GLOBALS
     }
 
-    /// Adds the uncertainty of the effects that are taken out, once all else is averaged: the covariance grows by the
+    /// Adds the uncertainty of the effects that are taken out, once the average has ended: the covariance grows by the
     /// outer product of `by`, which is in the globals' order. The mean stays: it is that of P and b beside the effects
     /// as they are taken out. If the uncertainty of an effect drew P to the factory's, P and the effect would not fit
     /// the data together.
@@ -228,13 +228,18 @@ impl<T: Real> Averaging<T> {
         self.sum.log_evidence()
     }
 
-    /// The average. If no rest has measured the bias, it is also over the scales of the bias's prior.
-    pub fn result(&self, is_bias_measured: bool) -> Averaged<T> {
-        let mut averaged = self.sum.averaged();
+    /// Ends the average, once all sets are in. If no rest has measured the bias, it is also over the scales of the
+    /// bias's prior.
+    pub fn finish(&mut self, is_bias_measured: bool) {
+        self.sum.finish();
         if !is_bias_measured {
-            bias_scale::average(&mut averaged);
+            bias_scale::average(&mut self.sum.of);
         }
-        averaged
+    }
+
+    /// The average, once it has ended.
+    pub const fn result(&self) -> &Averaged<T> {
+        &self.sum.of
     }
 }
 
@@ -272,3 +277,6 @@ fn narrowed<T: Real>(all: &mut Slices<T>, variables: usize, group: usize, width:
     }
     evidence
 }
+
+#[cfg(test)]
+mod tests;

@@ -120,9 +120,7 @@ impl<T: Real> Closing<T> {
                     return units;
                 }
                 self.task = Task::Spreading(0);
-                if self.is_searched {
-                    self.put_centre(filter);
-                }
+                self.put_centre(filter);
                 CENTRE_UNITS
             }
             Task::Spreading(of) => {
@@ -159,11 +157,15 @@ impl<T: Real> Closing<T> {
         self.averaging.step(&mut filter.update.rows)
     }
 
-    /// Puts the centre of the search at the averaged posterior.
+    /// Ends the average, and puts the centre of a search there.
     #[inline(never)]
     fn put_centre<const NODES: usize, const E: usize>(&mut self, filter: &Filter<T, NODES, E>) {
-        let averaged = self.averaging.result(filter.has_measured_bias);
+        self.averaging.finish(filter.has_measured_bias);
         self.centre.clear();
+        if !self.is_searched {
+            return;
+        }
+        let averaged = self.averaging.result();
         let inflations = filter.settings.widths.inflations;
         let inflation = inflations.iter().fold(1.0_f32, |most, x| if *x > most { *x } else { most });
         let (mean, covariance) = (averaged.mean.map(|x| x.narrow()), averaged.covariance.map(|x| x.narrow()));
@@ -199,7 +201,7 @@ impl<T: Real> Closing<T> {
 
     #[inline(never)]
     fn conclude<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) {
-        let posterior = filter.posterior_of(&self.averaging.result(filter.has_measured_bias));
+        let posterior = filter.posterior_of(self.averaging.result());
         // The stored model is then that of another gyro.
         let is_forsaken = filter.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
         self.posterior.clear();

@@ -19,16 +19,11 @@ pub(super) struct Sum<T> {
     /// Log weight that counts as 1 in the sums: the largest so far.
     log: T,
     weight: T,
-    /// Largest log weight so far, and at the widths it belongs to how many directions of P the data decide, and the
-    /// variances of P and b with P's prior as wide as it was begun with.
+    /// Largest log weight so far: directions that are decided and unscaled variances are those of its widths.
     best: T,
-    decided: u8,
-    variance: [T; GYRO],
-    mean: [T; GYRO],
-    /// Second moments, packed.
-    square: [T; triangle(GYRO)],
-    /// Sum of the logarithms of the widths.
-    widths: [T; GROUPS],
+    /// The average once [`Sum::finish`] has made it. Before, sums are in the place of means, second moments in that of
+    /// the covariance, and sums of logarithms in that of the widths.
+    pub of: Averaged<T>,
 }
 
 impl<T: Real> Sum<T> {
@@ -37,11 +32,13 @@ impl<T: Real> Sum<T> {
             log: T::ZERO,
             weight: T::ZERO,
             best: T::ZERO,
-            decided: 0,
-            variance: [T::ZERO; GYRO],
-            mean: [T::ZERO; GYRO],
-            square: [T::ZERO; triangle(GYRO)],
-            widths: [T::ZERO; GROUPS],
+            of: Averaged {
+                mean: [T::ZERO; GYRO],
+                covariance: [T::ZERO; triangle(GYRO)],
+                decided: 0,
+                unscaled_variance: [T::ZERO; GYRO],
+                widths: [T::ZERO; GROUPS],
+            },
         }
     }
 
@@ -58,8 +55,8 @@ impl<T: Real> Sum<T> {
         } else if log > self.log {
             let factor = (self.log - log).exponential();
             self.weight *= factor;
-            let sums = self.mean.iter_mut().chain(&mut self.square).chain(&mut self.widths);
-            sums.for_each(|x| *x *= factor);
+            let Averaged { mean, covariance, widths, .. } = &mut self.of;
+            mean.iter_mut().chain(covariance).chain(widths).for_each(|x| *x *= factor);
             self.log = log;
         }
         (log - self.log).exponential()
@@ -71,8 +68,8 @@ impl<T: Real> Sum<T> {
         let directions = Directions::of(of);
         let mixed = directions.mixed(inflations, evidence);
         if self.weight == T::ZERO || mixed.log > self.best {
-            (self.best, self.decided) = (mixed.log, directions.decided());
-            self.variance = core::array::from_fn(|i| element(&of.covariance, i, i));
+            (self.best, self.of.decided) = (mixed.log, directions.decided());
+            self.of.unscaled_variance = core::array::from_fn(|i| element(&of.covariance, i, i));
         }
         let log = mixed.log + mixed.weight.logarithm();
         if self.weight == T::ZERO || log >= self.log - T::of(NEGLIGIBLE) {
@@ -81,23 +78,12 @@ impl<T: Real> Sum<T> {
         log
     }
 
-    /// Widens all that was added by the outer product of a vector.
-    pub fn spread(&mut self, by: &[T; GYRO]) {
-        for (i, x) in by.iter().enumerate() {
-            self.variance[i] += *x * *x;
-            for (j, y) in by.iter().enumerate().take(i + 1) {
-                if let Some(square) = self.square.get_mut(triangle(i) + j) {
-                    *square += self.weight * *x * *y;
-                }
-            }
-        }
-    }
-
-    /// The average of all that was added.
-    pub fn averaged(&self) -> Averaged<T> {
+    /// Makes the average of all that was added.
+    pub fn finish(&mut self) {
         let share = T::ONE / self.weight;
-        let mean = self.mean.map(|x| x * share);
-        let mut covariance = self.square.map(|x| x * share);
+        let Averaged { mean, covariance, widths, .. } = &mut self.of;
+        mean.iter_mut().chain(covariance.iter_mut()).for_each(|x| *x *= share);
+        widths.iter_mut().for_each(|x| *x = (*x * share).exponential());
         for i in 0..GYRO {
             for j in 0..=i {
                 if let Some(covariance) = covariance.get_mut(triangle(i) + j) {
@@ -105,8 +91,18 @@ impl<T: Real> Sum<T> {
                 }
             }
         }
-        let widths = self.widths.map(|x| (x * share).exponential());
-        Averaged { mean, covariance, decided: self.decided, unscaled_variance: self.variance, widths }
+    }
+
+    /// Widens the average by the outer product of a vector.
+    pub fn spread(&mut self, by: &[T; GYRO]) {
+        for (i, x) in by.iter().enumerate() {
+            self.of.unscaled_variance[i] += *x * *x;
+            for (j, y) in by.iter().enumerate().take(i + 1) {
+                if let Some(covariance) = self.of.covariance.get_mut(triangle(i) + j) {
+                    *covariance += *x * *y;
+                }
+            }
+        }
     }
 
     /// Adds an average over inflations and scales, brought back from the directions to P and b.
@@ -154,10 +150,10 @@ impl<T: Real> Sum<T> {
         }
         let weight = self.weight(log);
         self.weight += weight;
-        for (sum, x) in self.mean.iter_mut().zip(&mean) {
+        for (sum, x) in self.of.mean.iter_mut().zip(&mean) {
             *sum += weight * *x;
         }
-        for (sum, x) in self.widths.iter_mut().zip(&widths) {
+        for (sum, x) in self.of.widths.iter_mut().zip(&widths) {
             *sum += weight * *x;
         }
         for i in 0..GYRO {
@@ -170,7 +166,7 @@ impl<T: Real> Sum<T> {
                 if j >= NINE {
                     x += element(&own, i - NINE, j - NINE);
                 }
-                if let Some(square) = self.square.get_mut(triangle(i) + j) {
+                if let Some(square) = self.of.covariance.get_mut(triangle(i) + j) {
                     *square += weight * x;
                 }
             }
