@@ -79,7 +79,14 @@ impl<T: Real> Account<T> {
         let n = at_most(columns.len(), MAX_PARAMETERS);
         let posterior = choice.entered.posterior(matrix, columns);
         let own = choice.dispersion_of(candidate, candidates, steadiness);
-        let Posterior { mean, covariance } = size::averaged(&posterior, n, T::of(own));
+        let scales: [T; MAX_PARAMETERS] = core::array::from_fn(|k| dispersed(&posterior, k, T::of(own)).root());
+        // The size of a restored effect is known: smaller widths of its prior would draw it to zero without data.
+        let averaged = if candidates.restored(candidate).is_some() {
+            posterior.scaled(&scales)
+        } else {
+            size::averaged(&posterior, n, T::of(own))
+        };
+        let Posterior { mean, covariance } = averaged;
         let mut claim = candidates.claim(candidate, &mean, &covariance, units);
         let factor = choice.entered.evidence(columns, &posterior).narrow();
         claim.evidence = factor / own - candidates.chances(candidate);
@@ -93,11 +100,11 @@ impl<T: Real> Account<T> {
             && !candidates.is_of_either_vector(candidate, rivals);
         if !columns.are_nuisances() && claim.is_taken_out {
             claim.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
-            for (k, (column, mean)) in columns.iter().zip(mean).enumerate().filter(|_| claim.is_taken_out) {
+            for ((column, mean), scale) in columns.iter().zip(mean).zip(scales).filter(|_| claim.is_taken_out) {
                 let slots = (self.mean.get_mut(self.taken.len()), self.dispersion.get_mut(self.taken.len()));
                 if let (Some(slot), Some(dispersion)) = slots {
                     *slot = mean;
-                    *dispersion = dispersed(&posterior, k, T::of(own)).root();
+                    *dispersion = scale;
                 }
                 // There is room.
                 let _ = self.taken.push(column);

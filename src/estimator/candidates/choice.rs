@@ -268,17 +268,17 @@ impl Choice {
     }
 
     /// Credit, log units: positive for an effect that was found in an earlier session or is taken out now, negative for
-    /// a vector sensor's error while the remainder is unexplained.
+    /// a vector sensor's error while the remainder is unexplained. What the restored prior alone says against an effect
+    /// does not count: it is narrower than the usual one, and data have not spoken.
     pub(super) fn credit<T: Real, const E: usize>(&self, candidate: CandidateId, candidates: &Candidates<T, E>) -> f32 {
-        let is_nuisance = candidates.columns_of(candidate).are_nuisances();
-        if candidates.is_restored(candidate) && !is_nuisance {
-            self.rules.least
-        } else if candidates.is_taken_out(candidate) {
-            STAYS
-        } else if is_nuisance {
-            -self.against_unnamed
-        } else {
-            0.0
+        if candidates.columns_of(candidate).are_nuisances() {
+            return -self.against_unnamed;
+        }
+        let stays = if candidates.is_taken_out(candidate) { STAYS } else { 0.0 };
+        match candidates.restored(candidate) {
+            Some(evidence) if evidence < 0.0 => stays + self.rules.least - evidence,
+            Some(_) => stays + self.rules.least,
+            None => stays,
         }
     }
 }

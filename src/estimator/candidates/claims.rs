@@ -92,9 +92,12 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         self.library().get(index).filter(|_| !self.is_nameless(candidate)).copied()
     }
 
-    /// Returns true if an effect was found in an earlier session.
-    pub(super) fn is_restored(&self, candidate: CandidateId) -> bool {
-        self.restored.has(CandidateId::new(self.effect_of(candidate).0)) && !self.is_nameless(candidate)
+    /// Log Bayes factor that an effect has without any data, because it was found in an earlier session; `None` if it
+    /// was not.
+    pub(super) fn restored(&self, candidate: CandidateId) -> Option<f32> {
+        let effect = CandidateId::new(self.effect_of(candidate).0);
+        let mut restored = self.restored.iter().filter(|_| !self.is_nameless(candidate));
+        restored.find(|(of, _)| *of == effect).map(|(_, evidence)| *evidence)
     }
 
     /// Returns true if an effect is taken out now.

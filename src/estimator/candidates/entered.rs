@@ -20,6 +20,17 @@ pub(super) struct Posterior<T> {
     pub covariance: [[T; MAX_PARAMETERS]; MAX_PARAMETERS],
 }
 
+impl<T: Real> Posterior<T> {
+    /// The same mean with deviations so many times as large.
+    pub fn scaled(&self, by: &[T; MAX_PARAMETERS]) -> Self {
+        let Self { mean, mut covariance } = *self;
+        for (row, a) in covariance.iter_mut().zip(by) {
+            row.iter_mut().zip(by).for_each(|(x, b)| *x *= *a * *b);
+        }
+        Self { mean, covariance }
+    }
+}
+
 impl Entered {
     pub const fn zero() -> Self {
         Self { columns: Vec::new(), given: 0 }

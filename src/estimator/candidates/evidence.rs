@@ -99,7 +99,7 @@ impl<T: Real> Evidence<T> {
         self.stage = Stage::Loading(0);
         let (claims, is_told) = (&self.account.claims, unturned.told.is_some());
         let is_known = |candidate: CandidateId| {
-            !is_told && candidates.is_restored(candidate)
+            !is_told && candidates.restored(candidate).is_some()
                 || claims.iter().any(|known| usize::from(known.effect) == candidate.number())
         };
         let is_claimed = |column: ColumnId| {

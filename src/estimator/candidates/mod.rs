@@ -39,6 +39,7 @@ pub use candidate_id::{CandidateId, CandidateSet};
 pub(super) use choice::Misfit;
 pub use claims::Claim;
 pub(super) use claims::Units;
+use heapless::Vec;
 use places::{Place, Places};
 use root::Root;
 pub use rules::Rules;
@@ -66,8 +67,8 @@ pub const STEPS: usize = 3;
 /// Columns of all effects that are not among the nuisances.
 pub(super) struct Candidates<T, const EFFECTS: usize> {
     places: Places<EFFECTS>,
-    /// Effects that were found in an earlier session.
-    restored: CandidateSet,
+    /// Effects that were found in an earlier session, and the log Bayes factor that each has without any data.
+    restored: Vec<(CandidateId, f32), MAX_ACTIVE>,
     shocks: Shocks,
     terms: Terms<T, EFFECTS>,
     sums: Sums<T, EFFECTS>,
@@ -78,7 +79,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub const fn zero() -> Self {
         Self {
             places: Places::zero(),
-            restored: CandidateSet::EMPTY,
+            restored: Vec::new(),
             shocks: Shocks::zero(),
             terms: Terms::zero(),
             sums: Sums::zero(),
@@ -95,7 +96,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     /// Forgets all that was learnt of the effects, and takes nothing out.
     pub fn begin(&mut self) {
         self.places.begin();
-        self.restored = CandidateSet::EMPTY;
+        self.restored.clear();
         self.shocks.start();
         self.terms.begin();
         self.sums.start_node();
@@ -107,11 +108,13 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
     pub fn restore(&mut self, effects: &ActiveEffects) {
         for found in effects.iter() {
             let index = usize::from(found.index);
-            self.restored.insert(CandidateId::new(index));
+            // There is room for all effects of the set.
+            let _ = self.restored.push((CandidateId::new(index), 0.0));
             // A nuisance is restored with the filter's own state.
             let Some(effect) = self.library().get(index).filter(|effect| effect.vector_error().is_none()) else {
                 continue;
             };
+            let mut evidence = 0.0;
             if self.places.first_column(index, 0).is_none() {
                 self.places.give_columns(index, *effect, 0);
             }
@@ -123,8 +126,14 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
                 }
                 let (Some(value), Some(sigma)) = (found.parameters.get(k), found.sigma.get(k)) else { continue };
                 let half = 0.5 * place.usual;
-                self.root.x[column] = T::of(value / place.usual);
-                self.root.own[column][column] = T::of(place.usual / libm::sqrtf(sigma * sigma + half * half));
+                let x = value / place.usual;
+                let inverse = place.usual / libm::sqrtf(sigma * sigma + half * half);
+                self.root.x[column] = T::of(x);
+                self.root.own[column][column] = T::of(inverse);
+                evidence += 0.5 * inverse * inverse * x * x - libm::logf(inverse);
+            }
+            if let Some((_, of_prior)) = self.restored.last_mut() {
+                *of_prior = evidence;
             }
         }
     }

@@ -11,7 +11,10 @@ use super::{
     problem::{Problem, SOUND, columns_of},
     shake,
 };
-use crate::estimator::columns::{HARD_IRON, NUISANCES};
+use crate::{
+    compensation::{ActiveEffects, FoundEffect},
+    estimator::columns::{HARD_IRON, NUISANCES},
+};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{boxed::Box, vec::Vec};
 
@@ -275,6 +278,38 @@ fn in_f32_the_same_comes_out() {
             for ((a, b), sigma) in found.parameters.iter().zip(&expected.parameters).zip(&expected.sigma) {
                 assert!((a - b).abs() <= 0.1 * sigma, "{scale}: {found:?} {expected:?}");
             }
+        }
+    }
+}
+
+/// Without a row of data a restored effect stays, and stays as large as it was.
+#[test]
+fn a_restored_effect_stays_as_it_is_until_data_speak() {
+    for (x, dispersion) in [(0.3, 1.0), (0.02, 1.0), (0.3, 4.0), (2.5, 4.0)] {
+        let mut problem = Problem::new(90, &[], as_they_are);
+        let mut effects = ActiveEffects::none();
+        let mut found = FoundEffect { index: OF_SHEAR as u8, ..Default::default() };
+        for (k, parameter) in MADE[OF_SHEAR].parameters().iter().enumerate() {
+            (found.parameters[k], found.sigma[k]) = (x * parameter.usual, 0.01 * parameter.usual);
+        }
+        assert!(effects.add(found));
+        problem.known.candidates.restore(&effects);
+        for least in [5.0, 10.0] {
+            let misfit = Misfit { dispersion, is_unexplained: false };
+            problem.weigh_as(&Rules { least, with_nuisances: least > 5.0 }, misfit, Unturned::NONE);
+            assert_eq!(problem.claimed(), [OF_SHEAR], "{x} {dispersion}");
+            let taken_out = &problem.known.candidates.root.x;
+            assert!((0..2).all(|k| (taken_out[k] - f64::from(x)).abs() < 1e-6), "{x} {dispersion}: {taken_out:?}");
+        }
+        // Data that exclude it, and data that show it.
+        for (truth, claimed) in [(0.0, &[][..]), (1.5, &[OF_SHEAR][..])] {
+            let mut problem =
+                Problem::new(91, &[(GLOBALS + SHEARS, truth), (GLOBALS + SHEARS + 1, truth)], |row, _| {
+                    row.effects.iter_mut().for_each(|x| *x *= 8.0);
+                });
+            problem.known.candidates.restore(&effects);
+            problem.weigh(&Rules { least: 5.0, with_nuisances: false });
+            assert_eq!(problem.claimed(), claimed, "{x} {dispersion}");
         }
     }
 }
