@@ -10,7 +10,8 @@ use super::{
 /// Share of its variance that an estimate has to lose for its change to count: 200 times what f32's rounding may
 /// leave of a difference of variances after as many operations as a column has.
 const LEAST_TAUGHT: f32 = 0.02;
-/// Weighings that are remembered, for each parameter: 100 s of motion. Older disturbances may be over.
+/// Changes that are remembered, for each parameter: 100 s of motion or more, as long as the data take to teach so
+/// often. Older disturbances may be over.
 const REMEMBERED: f32 = 20.0;
 
 /// An estimate and its variance; a variance of 0: none.
@@ -47,7 +48,8 @@ impl Steadiness {
         }
     }
 
-    /// Notes an estimate: means and variances of a candidate's parameters, whose places begin at `from`.
+    /// Notes an estimate: means and variances of a candidate's parameters, whose places begin at `from`. The estimate
+    /// before stays until enough was taught since: late in a run that takes several weighings.
     pub fn note(&mut self, candidate: CandidateId, from: usize, estimate: impl Iterator<Item = (f32, f32)>) {
         let places = self.estimates.iter_mut().skip(from);
         let Some([sum, count]) = self.changes.get_mut(candidate.number()) else { return };
@@ -59,7 +61,10 @@ impl Steadiness {
                 let change = mean - before.mean;
                 *sum += change * change / taught;
                 *count += 1.0;
+            } else if taught >= 0.0 {
+                continue;
             }
+            // Also where the variance grew: then there is nothing to compare.
             *before = Estimate { mean, variance };
         }
         if *count > most {
