@@ -183,7 +183,9 @@ impl<T: Real> Closing<T> {
         if of >= account.taken.len() {
             return false;
         }
-        let spread = filter.candidates.spread(of, (&account.taken, &account.covariance), &filter.globals);
+        let taken = (account.taken.as_slice(), account.covariance.as_slice());
+        let as_flown = (&filter.parameters.inverse(), &filter.prior.sigma);
+        let spread = filter.candidates.spread(of, taken, &filter.globals, as_flown);
         self.averaging.spread(&spread);
         self.task = Task::Spreading(of + 1);
         true

@@ -13,9 +13,9 @@ use crate::{
     algebra::cholesky::Cholesky,
     compensation::{Effect, Sensor, Snapshot, effect::MAX_PARAMETERS},
     estimator::{
-        columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX},
+        columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_MATRIX},
         globals::Globals,
-        real::{Real, V3},
+        real::{M3, Real, V3},
     },
 };
 use nalgebra::Vector3;
@@ -289,10 +289,17 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     }
 
     /// Vector of the taken out column `of`: the outer products of these vectors add up to the covariance that the
-    /// uncertainty of the effects that are taken out adds to the globals'.
+    /// uncertainty of the effects that are taken out adds to the globals'. The bias that flies has its steps in it, and
+    /// so has its uncertainty: `inverse` is that of P, by which a step is turned back, and `sigma` the globals' widths.
     // Not inlined: its Cholesky factor would enlarge the stack frame of all other work.
     #[inline(never)]
-    pub fn spread(&self, of: usize, (taken, covariance): (&[ColumnId], &[T]), globals: &Globals<T>) -> [T; GLOBALS] {
+    pub fn spread(
+        &self,
+        of: usize,
+        (taken, covariance): (&[ColumnId], &[T]),
+        globals: &Globals<T>,
+        (inverse, sigma): (&M3<T>, &[T; GLOBALS]),
+    ) -> [T; GLOBALS] {
         let mut by = [T::ZERO; GLOBALS];
         let n = at_most(taken.len(), MAX_TAKEN);
         let of_both = |i: usize, j: usize| at(covariance, i * (i + 1) / 2 + j);
@@ -307,6 +314,16 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         for j in (0..GLOBALS).rev() {
             let sum = (j + 1..GLOBALS).fold(right[j], |sum, c| sum - globals.root[j][c] * by[c]);
             by[j] = sum / globals.root[j][j];
+        }
+        for (i, column) in taken.iter().enumerate() {
+            let place = column.place().filter(|place| self.places.is_step(*place));
+            let Some(step) = place.and_then(|place| self.places().get(place)) else { continue };
+            let axis = inverse.column(usize::from(step.parameter)) * (T::of(step.usual) * factor.at(i, of));
+            for (b, raw) in BIAS.columns().zip(axis.iter()) {
+                if sigma[b] > T::ZERO {
+                    by[b] += *raw / sigma[b];
+                }
+            }
         }
         by
     }

@@ -4,11 +4,12 @@ extern crate std;
 
 use super::{
     super::{Candidates, column_id::ColumnId, evidence::Evidence},
-    E, GLOBAL, GLOBALS, Globals, Known, LAGS, NODE, ROWS, Row, STEPS_FROM, TWISTS, USED, deviate,
+    E, GLOBAL, GLOBALS, Globals, Known, LAGS, NODE, ROWS, Row, STEP, STEPS_FROM, TWISTS, USED, deviate,
 };
 use crate::estimator::{
+    columns::BIAS,
     node::Node,
-    real::{identity, rotation_vector},
+    real::{M3, identity, rotation_vector},
     rows::{CONSTANT, NEW, SCRATCH, WIDTH},
 };
 use nalgebra::{SMatrix, SVector};
@@ -243,30 +244,36 @@ fn process_noise_of_a_global_is_added_to_its_variance_and_to_no_other() {
     assert!(known.globals.root.iter().enumerate().all(|(i, row)| row.iter().take(i).all(|x| *x == 0.0)));
 }
 
-/// The covariance of the globals is that of a model in which what is taken out is unknown as well.
+/// The covariance of the globals is that of a model in which what is taken out is unknown as well. The bias that flies
+/// has its step in it.
 #[test]
 fn what_is_not_known_of_what_is_taken_out_spreads_to_the_globals() {
-    let (known, _) = learnt(9, 60);
-    let taken = [1, LAGS, TWISTS];
+    let (known, mut generator) = learnt(9, 60);
+    let taken = [1, LAGS, TWISTS, STEPS_FROM, STEPS_FROM + 1, STEPS_FROM + 2];
     let of = |c: usize| if c < GLOBALS { c } else { GLOBALS + taken[c - GLOBALS] };
     let rows = extended(&known.globals, &known.candidates);
-    let some = SMatrix::<f64, BOTH, { GLOBALS + 3 }>::from_fn(|i, c| rows[(i, of(c))]);
+    let some = SMatrix::<f64, BOTH, { GLOBALS + 6 }>::from_fn(|i, c| rows[(i, of(c))]);
     let covariance = (some.transpose() * some).try_inverse().unwrap();
     let mut evidence = Evidence::<f64>::zero();
     for (i, e) in taken.iter().enumerate() {
         evidence.account.taken.push(ColumnId::of_effect(*e)).unwrap();
         (0..=i).for_each(|j| evidence.account.covariance[i * (i + 1) / 2 + j] = covariance[(GLOBALS + i, GLOBALS + j)]);
     }
+    let inverse = M3::from_fn(|_, _| deviate(&mut generator));
+    let sigma: [f64; GLOBALS] = core::array::from_fn(|c| 0.1 + 0.01 * c as f64);
     let root = SMatrix::<f64, GLOBALS, GLOBALS>::from_fn(|i, j| known.globals.root[i][j]);
     let mut found = (root.transpose() * root).try_inverse().unwrap();
     for of in 0..taken.len() {
-        let by = SVector::from(known.candidates.spread(
-            of,
-            (&evidence.account.taken, &evidence.account.covariance),
-            &known.globals,
-        ));
+        let taken = (evidence.account.taken.as_slice(), evidence.account.covariance.as_slice());
+        let by = SVector::from(known.candidates.spread(of, taken, &known.globals, (&inverse, &sigma)));
         found += by * by.transpose();
     }
-    let expected = covariance.fixed_view::<GLOBALS, GLOBALS>(0, 0);
-    assert!((found - expected).amax() < 1e-11, "{}", (found - expected).amax());
+    // What flies of globals and effects: the globals, and in the bias the step that P turns back.
+    let mut flown = SMatrix::<f64, GLOBALS, { GLOBALS + 6 }>::identity();
+    let usual = f64::from(STEP.parameters[0].usual);
+    for (k, b) in BIAS.columns().enumerate() {
+        (0..3).for_each(|axis| flown[(b, GLOBALS + 3 + axis)] = inverse[(k, axis)] * usual / sigma[b]);
+    }
+    let expected = flown * covariance * flown.transpose();
+    assert!((found - expected).amax() < 1e-11 * expected.amax(), "{}", (found - expected).amax());
 }
