@@ -96,15 +96,24 @@ impl ActiveEffects {
 
     /// Takes the gyro's effects out of the rate.
     pub(crate) fn correct_rate(&self, library: &[&dyn Effect], snapshot: &mut Snapshot) {
+        let read = &*snapshot;
+        snapshot.rate_rad_s -= self.added_to_rate(library, |_| read);
+    }
+
+    /// What the gyro's effects add to the rate, each in the moment that `moment` gives for its place in the library.
+    pub(crate) fn added_to_rate<'a>(
+        &self,
+        library: &[&dyn Effect],
+        moment: impl Fn(u8) -> &'a Snapshot,
+    ) -> Vector3<f32> {
         // A delay of the whole gyro is not taken out of the rate.
-        let added = self.iter().fold(Vector3::zeros(), |sum, found| {
+        self.iter().fold(Vector3::zeros(), |sum, found| {
             let effect = library.get(usize::from(found.index)).filter(|effect| effect.sensor() == Sensor::Gyro);
             match effect.filter(|effect| effect.gyro_delay_s(&found.parameters) == 0.0) {
-                Some(effect) => sum + contribution(*effect, &found.parameters, snapshot),
+                Some(effect) => sum + contribution(*effect, &found.parameters, moment(found.index)),
                 None => sum,
             }
-        });
-        snapshot.rate_rad_s -= added;
+        })
     }
 
     /// Takes the effects of accelerometer and magnetometer out of their vectors. Terms that do not depend on

@@ -241,6 +241,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         }
         let end = NodeEnd::of(self);
         if self.kind == Kind::Rest {
+            self.rests.force_m_s2 = moment.force_m_s2;
             self.rests.square_force_m2_s4 = moment.square_force_m2_s4;
             self.rests.warming_k = moment.warming_k;
         }

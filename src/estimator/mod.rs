@@ -280,9 +280,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         Some(self.filter.rests.latest_us).filter(|us| *us > 0)
     }
 
-    /// Readings of the latest rest, without force and field; zero before the first.
-    pub(crate) fn still(&self) -> Snapshot {
-        self.filter.rests.still()
+    /// Readings of the latest rest, without field: first without force, too, then with it; zero before the first.
+    pub(crate) fn still(&self) -> [Snapshot; 2] {
+        [self.filter.rests.still(), self.filter.rests.read()]
     }
 
     /// Returns the number of the last `seconds`, at most 64, that were at rest.

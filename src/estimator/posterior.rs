@@ -2,7 +2,7 @@
 //! accepted or refused; the reasons are in `refusal.rs`, the mean in `averaging.rs`.
 
 use super::{
-    Refusal,
+    CandidateSet, Refusal,
     averaging::Averaged,
     columns::{BIAS, P},
     filter::Filter,
@@ -46,6 +46,8 @@ pub struct Posterior {
     pub bias_only: GyroModel,
     /// Part of the latest rest's raw rate that is none of the bias but of the effects that are taken out, rad/s.
     pub of_effects_at_rest_rad_s: Vector3<f32>,
+    /// Effects that are taken out: P and b are beside these.
+    pub taken_out: CandidateSet,
     /// Deviations of P and b.
     pub sigma: Theta,
     /// Covariance of P's nine elements, row-major: the packed lower triangle.
@@ -113,6 +115,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
             gyro,
             bias_only: GyroModel { b_rad_s: gyro.b_rad_s, ..self.settings.factory },
             of_effects_at_rest_rad_s: turned_back(&gyro, &of_effects),
+            taken_out: self.candidates.taken_out(),
             sigma,
             p_covariance,
             decided: averaged.decided,

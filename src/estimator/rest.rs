@@ -93,8 +93,9 @@ pub(super) struct Rests<T> {
     doubted_s: T,
     /// Mean raw rate of these two nodes, rad/s.
     pub rate: V3<T>,
-    /// Mean square of specific force, m^2/s^4, and temperature over the effects' reference temperature, K, of the
-    /// latest rest.
+    /// Specific force, m/s^2, its mean square, m^2/s^4, and temperature over the effects' reference temperature, K, of
+    /// the latest rest.
+    pub force_m_s2: Vector3<f32>,
     pub square_force_m2_s4: f32,
     pub warming_k: f32,
     /// When the latest rest ended, microseconds; 0: there was none.
@@ -113,6 +114,7 @@ impl<T: Real> Rests<T> {
             first_s: T::ZERO,
             doubted_s: T::ZERO,
             rate: zero3(),
+            force_m_s2: Vector3::new(0.0, 0.0, 0.0),
             square_force_m2_s4: 0.0,
             warming_k: 0.0,
             latest_us: 0,
@@ -135,6 +137,11 @@ impl<T: Real> Rests<T> {
     pub fn seconds(&self, seconds: u32) -> u32 {
         let mask = if seconds >= 64 { u64::MAX } else { (1 << seconds) - 1 };
         (self.history & mask).count_ones()
+    }
+
+    /// Readings of the latest rest, without field: nothing of it is in a rate at rest.
+    pub fn read(&self) -> Snapshot {
+        Snapshot { force_m_s2: self.force_m_s2, ..self.still() }
     }
 
     /// Readings of the latest rest that are those of the next one, too, whichever way the probe then points: force and

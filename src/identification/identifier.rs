@@ -11,7 +11,7 @@ use crate::{
     compensation::{ActiveEffects, Effect, GyroModel, Theta},
     config::Config,
     diagnosis::{DiagnosisReport, Findings},
-    estimator::{Estimator, KnownAttitude, Settings, turned_back},
+    estimator::{CandidateId, CandidateSet, Estimator, KnownAttitude, Settings, turned_back},
     optimizer::{Cost, Progress},
     sample::{Reading, TurnFlags},
 };
@@ -331,13 +331,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     fn flight<'a>(&'a self, config: &'a Config, update: &Update) -> Flight<'a> {
         // A window is far shorter than the hour that 32 bits of microseconds hold.
         let window_s = update.t_us.saturating_sub(update.window_start_us) as u32 / 1_000_000;
-        let mut still = self.estimator.still();
-        self.findings.flown().correct_rate(self.estimator.library(), &mut still);
+        let estimator = &self.estimator;
+        // The bias of the posterior has nothing in it of what it takes out, whichever way the probe points, and at the
+        // rest all of the others.
+        let [still, read] = estimator.still();
+        let taken_out = estimator.posterior().map_or(CandidateSet::EMPTY, |posterior| posterior.taken_out);
+        let moment = |index: u8| if taken_out.has(CandidateId::new(index.into())) { &still } else { &read };
+        let of_effects = self.findings.flown().added_to_rate(estimator.library(), moment);
         Flight {
             config,
             flown: &self.state.flown,
             bias_only: &self.state.bias_only,
-            of_effects_at_rest_rad_s: turned_back(&self.state.flown, &-still.rate_rad_s),
+            of_effects_at_rest_rad_s: turned_back(&self.state.flown, &of_effects),
             rest_is_news: self.estimator.last_rest_us().is_some_and(|us| us > self.state.bias_known_us),
             rest_s: self.estimator.rest_seconds(window_s) as f32,
             mounting_wrong: self.state.mounting_wrong,
@@ -381,3 +386,6 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         self.estimator.window_cost()
     }
 }
+
+#[cfg(all(test, feature = "storage"))]
+mod tests;

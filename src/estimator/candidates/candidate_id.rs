@@ -40,7 +40,7 @@ impl CandidateSet {
         }
     }
 
-    pub(super) const fn has(self, candidate: CandidateId) -> bool {
+    pub(crate) const fn has(self, candidate: CandidateId) -> bool {
         self.0 & Self::bit(candidate) != 0
     }
 

@@ -106,6 +106,15 @@ impl<T: Real, const E: usize> Candidates<T, E> {
         self.columns_of(candidate).iter().any(is_out)
     }
 
+    /// Effects with columns of their own that are taken out now.
+    pub fn taken_out(&self) -> CandidateSet {
+        let mut all = CandidateSet::EMPTY;
+        for (_, place) in self.root.x.iter().zip(self.places()).filter(|(x, _)| **x != T::ZERO) {
+            all.insert(CandidateId::new(usize::from(place.effect)));
+        }
+        all
+    }
+
     /// Index of a candidate's effect in the library, and its step.
     pub(super) fn effect_of(&self, candidate: CandidateId) -> (usize, u8) {
         match candidate.number().checked_sub(self.library().len()) {

@@ -1,6 +1,7 @@
 //! Which model flies after an estimate.
 
 use super::*;
+use crate::estimator::CandidateSet;
 
 const FLOWN: GyroModel =
     GyroModel { p: [[1.02, 0.0, 0.0], [0.0, 0.99, 0.0], [0.0, 0.01, 1.0]], b_rad_s: [0.01, 0.0, -0.01] };
@@ -10,6 +11,7 @@ fn posterior(fitness: Result<(), Refusal>) -> Posterior {
         gyro: GyroModel { b_rad_s: [0.02; 3], ..GyroModel::IDENTITY },
         bias_only: GyroModel { b_rad_s: [0.03; 3], ..GyroModel::IDENTITY },
         of_effects_at_rest_rad_s: Vector3::zeros(),
+        taken_out: CandidateSet::EMPTY,
         sigma: [0.01; 12],
         p_covariance: core::array::from_fn(|i| i as f32),
         decided: 5,
