@@ -132,9 +132,34 @@ impl<T: Real> Averaging<T> {
     /// Adds the uncertainty of the effects that are taken out, once the average has ended: the covariance grows by the
     /// outer product of `by`, which is in the globals' order. The mean stays: it is that of P and b beside the effects
     /// as they are taken out. If the uncertainty of an effect drew P to the factory's, P and the effect would not fit
-    /// the data together.
-    pub fn spread(&mut self, by: &[T; GLOBALS]) {
-        self.sum.spread(&core::array::from_fn(|i| by.get(column(i)).copied().unwrap_or(T::ZERO)));
+    /// the data together. P and b follow an effect as far as the other sensors' errors do not: `by` is narrowed to the
+    /// likeliest widths as the mean is, which is linear. `scratch` is that of the average.
+    pub fn spread(&mut self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
+        let Some(Levels { base, mut work, .. }) = Levels::cut(scratch.as_flattened_mut()) else { return };
+        work.take(base.mean, base.covariance);
+        for (i, x) in work.mean.iter_mut().enumerate() {
+            *x = by.get(column(i)).copied().unwrap_or(T::ZERO);
+        }
+        for place in 0..GROUPS {
+            self.take_out(place, &self.best.1, &mut work);
+        }
+        self.sum.spread(work.mean);
+    }
+
+    /// Group that is marginalised at a place in the order, and its width in a set.
+    fn width(&self, place: usize, set: &Set) -> (usize, f32) {
+        let group = TAKEN.get(place).copied().unwrap_or(0);
+        let widths = self.grid.parts.get(group).zip(set.get(place));
+        let width = widths.and_then(|(widths, index)| widths.get(usize::from(*index)));
+        (group, width.copied().unwrap_or(1.0))
+    }
+
+    /// Marginalises the group of a place at its width in a set; returns the log evidence.
+    #[inline(never)]
+    fn take_out(&self, place: usize, set: &Set, work: &mut Slices<T>) -> T {
+        let (group, width) = self.width(place, set);
+        let variables = place.checked_sub(1).and_then(|before| LEFT_AFTER.get(before)).copied().unwrap_or(VARIABLES);
+        narrowed(work, variables, group, T::of(width), self.grid.with_lags)
     }
 
     /// Work units of the next set of widths: more if it changes the widths of the shared groups.
@@ -172,38 +197,31 @@ impl<T: Real> Averaging<T> {
         let is_first = self.is_fresh();
         let Some(chosen) = self.advance() else { return false };
         let Some(mut levels) = Levels::cut(scratch.as_flattened_mut()) else { return false };
-        // Width of each group, by group.
-        let mut parts = [1.0; GROUPS];
-        for (group, index) in TAKEN.into_iter().zip(chosen) {
-            let width = self.grid.parts.get(group).and_then(|widths| widths.get(usize::from(index)));
-            if let (Some(part), Some(width)) = (parts.get_mut(group), width) {
-                *part = *width;
-            }
-        }
-        let with_lags = self.grid.with_lags;
-        let mut take_out = |place: usize, work: &mut Slices<T>| {
-            let group = TAKEN.get(place).copied().unwrap_or(0);
-            let width = parts.get(group).map_or(T::ONE, |part| T::of(*part));
-            let variables =
-                place.checked_sub(1).and_then(|before| LEFT_AFTER.get(before)).copied().unwrap_or(VARIABLES);
-            let evidence = narrowed(work, variables, group, width, with_lags);
-            if let Some(slot) = self.evidence.get_mut(place) {
-                *slot = evidence;
-            }
-        };
         let Levels { base, after_first, work } = &mut levels;
         let held = chosen.first_chunk().copied();
-        if self.held != held {
+        let first = if self.held == held { SHARED } else { 0 };
+        if first == 0 {
             self.held = held;
             work.take(base.mean, base.covariance);
-            (0..SHARED).for_each(|place| take_out(place, work));
-            after_first.take(work.mean, work.covariance);
         }
-        work.take(after_first.mean, after_first.covariance);
-        (SHARED..GROUPS).for_each(|place| take_out(place, work));
         let mut widths = [T::ZERO; GROUPS];
-        for ((width, part), sheet) in widths.iter_mut().zip(parts).zip(self.grid.sheet) {
-            *width = T::of(part / sheet).logarithm();
+        for place in 0..GROUPS {
+            if place == SHARED {
+                if first == 0 {
+                    after_first.take(work.mean, work.covariance);
+                }
+                work.take(after_first.mean, after_first.covariance);
+            }
+            if place >= first {
+                let evidence = self.take_out(place, &chosen, work);
+                if let Some(slot) = self.evidence.get_mut(place) {
+                    *slot = evidence;
+                }
+            }
+            let (group, part) = self.width(place, &chosen);
+            if let (Some(width), Some(sheet)) = (widths.get_mut(group), self.grid.sheet.get(group)) {
+                *width = T::of(part / sheet).logarithm();
+            }
         }
         let evidence = self.evidence.iter().fold(T::ZERO, |sum, x| sum + *x);
         let mut of = Gaussian { mean: [T::ZERO; GYRO], covariance: [T::ZERO; triangle(GYRO)] };

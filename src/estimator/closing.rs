@@ -8,7 +8,8 @@ use heapless::Vec;
 /// Work units of the pieces: the largest cost of each kind that a flight has shown, in cycles, over
 /// [`UNIT_CYCLES`](super::UNIT_CYCLES).
 const GATHERING_UNITS: u32 = 70;
-const SPREADING_UNITS: u32 = 300;
+// A vector of 300, and its narrowing: both levels of a set of widths less what is averaged at them.
+const SPREADING_UNITS: u32 = 500;
 const CENTRE_UNITS: u32 = 420;
 const BOUND_UNITS: u32 = 160;
 const CONCLUDING_UNITS: u32 = 260;
@@ -178,7 +179,7 @@ impl<T: Real> Closing<T> {
     /// Widens the gyro's covariance by the uncertainty of the effects that are taken out, one vector a call; `false`
     /// after the last.
     #[inline(never)]
-    fn spread<const NODES: usize, const E: usize>(&mut self, filter: &Filter<T, NODES, E>, of: usize) -> bool {
+    fn spread<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, of: usize) -> bool {
         let account = &filter.evidence.account;
         if of >= account.taken.len() {
             return false;
@@ -186,7 +187,7 @@ impl<T: Real> Closing<T> {
         let taken = (account.taken.as_slice(), account.covariance.as_slice());
         let as_flown = (&filter.parameters.inverse(), &filter.prior.sigma);
         let spread = filter.candidates.spread(of, taken, &filter.globals, as_flown);
-        self.averaging.spread(&spread);
+        self.averaging.spread(&spread, &mut filter.update.rows);
         self.task = Task::Spreading(of + 1);
         true
     }

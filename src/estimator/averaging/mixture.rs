@@ -93,9 +93,9 @@ impl<T: Real> Sum<T> {
         }
     }
 
-    /// Widens the average by the outer product of a vector.
-    pub fn spread(&mut self, by: &[T; GYRO]) {
-        for (i, x) in by.iter().enumerate() {
+    /// Widens the average by the outer product of a vector, of which the first elements are those of P and b.
+    pub fn spread(&mut self, by: &[T]) {
+        for (i, x) in by.iter().enumerate().take(GYRO) {
             self.of.unscaled_variance[i] += *x * *x;
             for (j, y) in by.iter().enumerate().take(i + 1) {
                 if let Some(covariance) = self.of.covariance.get_mut(triangle(i) + j) {
