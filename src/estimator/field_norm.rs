@@ -13,11 +13,21 @@ pub(super) struct FieldNorm<T> {
     of_their_time: T,
     scatter: T,
     count: u16,
+    /// Fields that an increment has, on the mean of the nodes with any.
+    read: T,
 }
 
 impl<T: Real> FieldNorm<T> {
     pub const fn zero() -> Self {
-        Self { of_their_time: T::ZERO, scatter: T::ZERO, count: 0 }
+        Self { of_their_time: T::ZERO, scatter: T::ZERO, count: 0, read: T::ZERO }
+    }
+
+    /// Returns true if a node with any field has too few for its mean: less than half of the usual. The first is usual.
+    /// A magnetometer may be slower than the increments.
+    pub fn has_too_few(&mut self, pre: &Preintegration<T>) -> bool {
+        let [fields, increments] = [pre.fields, pre.increments].map(|count| T::of(f32::from(count)));
+        self.read += (fields / increments - self.read) / T::of(f32::from(self.count) + 1.0);
+        fields + fields < self.read * increments
     }
 
     /// Adds a node; `share`: one over its increments with a field.
@@ -40,18 +50,4 @@ impl<T: Real> FieldNorm<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_mean_of_the_first_nodes_is_theirs() {
-        let mut norms = FieldNorm::<f64>::zero();
-        assert_eq!(norms.scatter(), None);
-        for norm in [0.9, 1.1, 1.3] {
-            let mut pre = Preintegration::zero();
-            pre.field_norms = 4.0 * norm;
-            norms.add(&pre, 0.25);
-        }
-        assert!((norms.of_their_time() - 1.1).abs() < 1e-12);
-    }
-}
+mod tests;

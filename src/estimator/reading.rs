@@ -160,7 +160,7 @@ pub(super) struct Seen<T> {
 pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &Taken<T>) -> Seen<T> {
     let Taken { pre, settings, sigma, .. } = *taken;
     let noise = &settings.noise;
-    if 2 * pre.fields < pre.increments || pre.fields == 0 {
+    if pre.fields == 0 || node.norms.has_too_few(pre) {
         return Seen { readings: Readings::Missing, is_turned: false, innovation: None };
     }
     let share = T::ONE / T::of(f32::from(pre.fields));

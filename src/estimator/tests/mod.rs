@@ -199,6 +199,21 @@ fn without_a_sensor_nothing_flies_and_the_reason_is_told() {
     assert!(matches!(posterior::<f32>(&still, u32::MAX).fitness, Err(Refusal::NotEnoughMotion { .. })));
 }
 
+/// A magnetometer at 10 Hz is slower than the increments.
+#[test]
+fn a_slow_magnetometer_is_one() {
+    let simulated = Simulated::new(6, 60.0);
+    let mut samples = simulated.samples.clone();
+    for (_, readings) in samples.iter_mut().enumerate().filter(|(k, _)| k % 10 != 0).map(|(_, sample)| sample) {
+        readings[2] = Reading::Missing;
+    }
+    let found = posterior::<f32>(&samples, u32::MAX);
+    assert_eq!(found.fitness, Ok(()));
+    let before = largest_difference(&GyroModel::IDENTITY, &simulated.truth);
+    let error = largest_difference(&found.gyro, &simulated.truth);
+    assert!(error < 0.4 * before, "{error} of {before}");
+}
+
 /// In the frame of a known attitude: north, east, down.
 fn to_ned() -> Matrix3<f64> {
     Matrix3::new(0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0)
