@@ -67,12 +67,17 @@ impl<T: Real> Disagreements<T> {
     }
 
     /// Returns for field and force whether they have contradicted what is estimated for too long for it to be right: of
-    /// the field the earth's, the hard iron and the attitude, of the force the attitude.
+    /// the field the earth's, the hard iron and the attitude, of the force the attitude. Readings that are missing now
+    /// and then end no contradiction; readings that stay away do.
     pub fn for_good(&mut self, agreement: &Agreement<T>, seconds: T) -> [bool; 2] {
         let is_for_good = |readings, of: &mut Disagreement<T>| match readings {
             Readings::Contradicted => of.contradicted(seconds),
-            Readings::Used | Readings::Missing => {
+            Readings::Used => {
                 *of = Disagreement::zero();
+                false
+            }
+            Readings::Missing => {
+                of.agreed(seconds);
                 false
             }
         };
@@ -100,5 +105,15 @@ mod tests {
             is_for_good
         });
         assert_eq!(found, Some(8), "of 2.5 s each");
+    }
+    #[test]
+    fn readings_that_are_missing_now_and_then_end_no_contradiction() {
+        let found = |missing: usize| {
+            let mut all = Disagreements::<f64>::zero();
+            let of = |k: usize| if k.is_multiple_of(missing + 1) { Readings::Contradicted } else { Readings::Missing };
+            let agreement = |field| Agreement { field, force: Readings::Used, is_turned: false, innovation: None };
+            (0..60).filter(|k| all.for_good(&agreement(of(*k)), 0.5)[0]).count()
+        };
+        assert_eq!((found(1), found(11)), (1, 0));
     }
 }
