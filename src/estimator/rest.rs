@@ -38,9 +38,10 @@ struct Direction<T> {
 }
 
 impl<T: Real> Direction<T> {
-    fn has_turned(&self, since: &Self) -> bool {
+    fn has_turned(&self, since: &Self, allowed: T) -> bool {
         let are_read = square(&self.mean) > T::ZERO && square(&since.mean) > T::ZERO;
-        are_read && squared_angle(&self.mean, &since.mean) > T::of(CHANGED) * (self.variance + since.variance)
+        let angle = if are_read { squared_angle(&self.mean, &since.mean) } else { T::ZERO };
+        angle > allowed && angle > T::of(CHANGED) * (self.variance + since.variance)
     }
 }
 
@@ -68,9 +69,9 @@ impl<T: Real> Half<T> {
         }
     }
 
-    /// Returns true if force or field points elsewhere.
-    fn has_turned(&self, since: &Self) -> bool {
-        self.force.has_turned(&since.force) || self.field.has_turned(&since.field)
+    /// Returns true if force or field points elsewhere, by a squared angle of more than is allowed, rad^2.
+    fn has_turned(&self, since: &Self, allowed: T) -> bool {
+        self.force.has_turned(&since.force, allowed) || self.field.has_turned(&since.field, allowed)
     }
 
     /// Returns true if the mean rate is another one, by more than the rows of a rest allow for.
@@ -189,9 +190,12 @@ impl<T: Real> Rests<T> {
         self.rate = (before.rate + half.rate) * T::of(0.5);
         let first = *self.first.get_or_insert(before);
         self.first_s += pre.seconds;
-        if half.has_turned(&first) {
-            // The probe turns too slowly for two successive nodes to show it.
-            self.doubted_s = self.first_s;
+        if half.has_turned(&first, T::ZERO) {
+            // The probe turns too slowly for two successive nodes to show it. A turn within three times the variance of
+            // what the bias walks through in that time, w^2 t^3 / 3, is taken for the field's: it does no harm.
+            let walk = T::of(settings.noise.bias_walk_rad_s_rts) * self.first_s;
+            let is_of_probe = half.has_turned(&first, walk * walk * self.first_s);
+            self.doubted_s = if is_of_probe { self.first_s } else { T::ZERO };
             (self.first, self.first_s) = (Some(half), T::ZERO);
             return false;
         }

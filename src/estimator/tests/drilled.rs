@@ -11,7 +11,7 @@ use crate::{
     config::{Config, Earth},
     sample::Reading,
 };
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Rotation3, SMatrix, Vector3};
 use std::{boxed::Box, vec::Vec};
 
 /// An estimator in a drill string.
@@ -46,6 +46,25 @@ fn a_turn_that_is_slower_than_a_bias_is_no_rest() {
             assert!(rest_s <= 4, "seed {seed}, {deg_s} deg/s: {rest_s} s of 28");
         }
     }
+}
+
+/// A turn by 0.03 rad in two hours is less than the bias walks through.
+#[test]
+fn a_field_that_drifts_for_hours_is_a_rest() {
+    let seconds = 7_200.0;
+    let mut samples = drill_string(3, seconds, 1e9, 0.0);
+    for (t_us, readings) in &mut samples {
+        let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), 0.03 * *t_us as f32 * 1e-6 / seconds as f32);
+        if let [_, _, Reading::Usable(field)] = readings {
+            *field = turn * *field;
+        }
+    }
+    let (mut estimator, mut rests) = (estimator(), 0);
+    for minute in samples.chunks(6_000) {
+        estimator = played(estimator, minute);
+        rests += estimator.rest_seconds(60);
+    }
+    assert!(f64::from(rests) > 0.95 * seconds, "{rests} s");
 }
 
 #[test]
