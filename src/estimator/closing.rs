@@ -7,6 +7,7 @@ use heapless::Vec;
 
 /// Work units of the pieces: the largest cost of each kind that a flight has shown, in cycles, over
 /// [`UNIT_CYCLES`](super::UNIT_CYCLES).
+const START_UNITS: u32 = 320;
 const GATHERING_UNITS: u32 = 70;
 // A vector of 300, and its narrowing: both levels of a set of widths less what is averaged at them.
 const SPREADING_UNITS: u32 = 500;
@@ -21,6 +22,8 @@ const GATHERED: usize = 4;
 enum Task {
     /// No posterior is being made.
     Idle,
+    /// One is asked for, once the filter has no work in progress.
+    Asked,
     /// Gathers the globals' covariance, from this column of the root's inverse on.
     Gathering(usize),
     /// Averages the posterior.
@@ -97,12 +100,17 @@ impl<T: Real> Closing<T> {
         self.task != Task::Idle
     }
 
+    /// Asks for a posterior.
+    pub fn ask(&mut self, is_searched: bool) {
+        self.is_searched = is_searched;
+        self.centre.clear();
+        self.task = Task::Asked;
+    }
+
     /// Begins to make a posterior of a filter that has no work in progress.
     // Not inlined, nor are the pieces below: the cost of each kind of work is counted by its function's calls.
     #[inline(never)]
-    pub fn start<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, is_searched: bool) {
-        self.is_searched = is_searched;
-        self.centre.clear();
+    fn start<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) {
         self.averaging.start(&filter.globals, &filter.settings.widths, &mut filter.update.rows);
         self.task = Task::Gathering(0);
     }
@@ -111,6 +119,10 @@ impl<T: Real> Closing<T> {
     pub fn step<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>) -> u32 {
         match self.task {
             Task::Idle => 0,
+            Task::Asked => {
+                self.start(filter);
+                START_UNITS
+            }
             Task::Gathering(from) => {
                 self.gather(filter, from);
                 GATHERING_UNITS

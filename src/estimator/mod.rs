@@ -83,11 +83,10 @@ use node_end::NodeEnd;
 /// Cycles of a Cortex-M4F that a unit of work stands for: no piece takes more than its units of them
 /// (`cargo mwd bench --target --only cost`).
 pub const UNIT_CYCLES: u32 = 500;
-/// Work units of an increment, of a node's end, and of a posterior's beginning: the largest cost of each that a flight
-/// has shown, in cycles, over [`UNIT_CYCLES`].
+/// Work units of an increment and of a node's end: the largest cost of each that a flight has shown, in cycles, over
+/// [`UNIT_CYCLES`].
 const INCREMENT_UNITS: u32 = 60;
 const NODE_UNITS: u32 = 340;
-const START_UNITS: u32 = 320;
 
 /// The filter, in `f32` on the chip, with the rows of the last `NODES` nodes of motion for the search. All zero bytes
 /// before [`Estimator::configure`].
@@ -186,8 +185,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 INCREMENT_UNITS
             }
             Some(Item::Close { is_searched }) => {
-                self.closing.start(&mut self.filter, is_searched);
-                START_UNITS
+                self.closing.ask(is_searched);
+                // Before the attitude is aligned anew, the globals have not walked through a gap yet.
+                if self.filter.course.unwalked_s >= T::of(walk::EVERY_S) {
+                    self.filter.task = filter::Task::Widening(0);
+                }
+                INCREMENT_UNITS
             }
         }
     }
