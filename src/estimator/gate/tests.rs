@@ -46,3 +46,13 @@ fn chi_square_is_that_of_the_joint_covariance() {
         assert_eq!(innovation.is_contradicted_along(&along, size), expected);
     }
 }
+
+/// Chances that the limits state, by the tails of chi-square of three degrees of freedom and of one.
+#[test]
+fn limits_are_exceeded_as_often_by_chance_as_they_say() {
+    let [three, one] = [CONTRADICTED, CONTRADICTED_ALONG].map(f64::from);
+    let tail = |x: f64| libm::erfc(libm::sqrt(0.5 * x));
+    let of_three = tail(three) + libm::sqrt(2.0 * three / core::f64::consts::PI) * libm::exp(-0.5 * three);
+    assert!((of_three / 1e-4 - 1.0).abs() < 0.02, "{of_three}");
+    assert!((tail(one) / 1e-3 - 1.0).abs() < 0.02, "{}", tail(one));
+}
