@@ -324,14 +324,17 @@ impl<T: Real, const E: usize> Candidates<T, E> {
             let sum = (j + 1..GLOBALS).fold(right[j], |sum, c| sum - globals.root[j][c] * by[c]);
             by[j] = sum / globals.root[j][j];
         }
+        let mut step = V3::new(T::ZERO, T::ZERO, T::ZERO);
         for (i, column) in taken.iter().enumerate() {
             let place = column.place().filter(|place| self.places.is_step(*place));
-            let Some(step) = place.and_then(|place| self.places().get(place)) else { continue };
-            let axis = inverse.column(usize::from(step.parameter)) * (T::of(step.usual) * factor.at(i, of));
-            for (b, raw) in BIAS.columns().zip(axis.iter()) {
-                if sigma[b] > T::ZERO {
-                    by[b] += *raw / sigma[b];
-                }
+            let Some(place) = place.and_then(|place| self.places().get(place)) else { continue };
+            if let Some(axis) = step.get_mut(usize::from(place.parameter)) {
+                *axis += T::of(place.usual) * factor.at(i, of);
+            }
+        }
+        for (b, raw) in BIAS.columns().zip((inverse * step).iter()) {
+            if sigma[b] > T::ZERO {
+                by[b] += *raw / sigma[b];
             }
         }
         by
