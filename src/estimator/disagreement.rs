@@ -45,11 +45,6 @@ impl<T: Real> Disagreement<T> {
         }
     }
 
-    /// Returns true if there is a contradiction.
-    pub fn is_in_progress(&self) -> bool {
-        self.seconds > T::ZERO
-    }
-
     /// Adds seconds in which the sensor could not be compared.
     pub fn passed(&mut self, seconds: T) {
         if self.seconds > T::ZERO {

@@ -60,9 +60,7 @@ impl NodeEnd {
         if agreement.field == Readings::Contradicted {
             filter.remainder.contradict();
         }
-        // While the gyro contradicts, nodes that turn little are left: a sample by rate, of which the remainder would tell.
-        let is_sampled = filter.kind == Kind::Moving && !filter.course.disagreements.gyro.is_in_progress();
-        if let Some(innovation) = agreement.innovation.filter(|_| is_sampled) {
+        if let Some(innovation) = agreement.innovation.filter(|_| filter.kind == Kind::Moving) {
             let turn = filter.node.field.cross(&innovation) / norm(&filter.node.field);
             let both = [attitude.transpose() * turn, innovation];
             filter.remainder.add(seconds.narrow(), both.map(|v| v.map(|x| x.narrow())));
