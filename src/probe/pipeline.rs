@@ -103,9 +103,14 @@ impl<T: TakenOut> Pipeline<T> {
         let is_read = self.unread_s == 0.0 && matches!(gyro, Reading::Usable(_));
         let unread_s = with.gap_s.unwrap_or(step_s) - period_s;
         let corrected_before = before + (rate - compensated);
-        let is_bridged = is_read && unread_s > 0.5 * period_s && self.filter.bridge(unread_s, &corrected_before, &rate);
+        // Rate at the end of the unread part. A reading of known time is that of its instant, one period later; one of
+        // unknown time counts as the mean over that period.
+        let last = if with.gyro_delay_known { period_s / (unread_s + period_s) } else { 0.0 };
+        let unread_end = rate - (rate - corrected_before) * last;
+        let is_bridged =
+            is_read && unread_s > 0.5 * period_s && self.filter.bridge(unread_s, &corrected_before, &unread_end);
         if is_bridged {
-            self.filter.propagate(period_s, &rate);
+            self.filter.propagate(period_s, &((unread_end + rate) * 0.5));
         } else if let Some(gap_s) = with.gap_s {
             self.filter.gap(gap_s);
         } else {

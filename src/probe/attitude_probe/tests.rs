@@ -87,3 +87,44 @@ fn the_bias_of_a_model_that_flies_from_the_start_is_not_taken_back() {
         assert!(stayed && residual < 0.002, "{scale}: {residual}");
     }
 }
+
+/// Attitude after a turn about the tool axis at 60 deg of inclination whose rate grows to 180 rpm in a second, read at
+/// 100 Hz; one sample of this number is lost, 0: none.
+fn spun_up(every: u32) -> [f32; 4] {
+    let latency = crate::config::Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };
+    let config = Config { sample_period_us: 10_000, effects: false, latency, ..Config::default() };
+    let mut probe = Box::new(AttitudeProbe::new());
+    probe.configure(&config).unwrap_or_default();
+    let mut last = [0.0; 4];
+    for k in 1..=600_u32 {
+        let t_s = 0.01 * (f64::from(k) - 500.0).max(0.0);
+        let angle = 0.5 * 18.8 * t_s * t_s;
+        let body = nalgebra::UnitQuaternion::from_euler_angles(0.0, 60_f64.to_radians(), 0.0)
+            * nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, angle);
+        let read = |v: [f64; 3]| body.inverse_transform_vector(&v.into()).cast::<f32>().into();
+        let noise = (k.wrapping_mul(2_654_435_761) >> 20) as f32 * 1e-7;
+        let sample = Sample {
+            t_us: 10_000 * u64::from(k),
+            gyro_rad_s: [noise, -noise, 18.8 * t_s as f32 + noise],
+            accel_m_s2: read([0.0, 0.0, -9.806_65]),
+            mag_ut: read([20.0, 0.0, 45.0]),
+            ..Sample::default()
+        };
+        if k <= 500 || every == 0 || k % every != 1 {
+            last = probe.push(&sample).and_then(|output| output.attitude).map_or(last, |attitude| attitude.q);
+        }
+    }
+    last
+}
+
+/// A delay that is known says at which instant each rate was true.
+#[test]
+fn lost_samples_of_a_gyro_of_known_delay_turn_nothing() {
+    let whole = spun_up(0);
+    for every in [2, 3, 5] {
+        let lossy = spun_up(every);
+        let cosine: f32 = whole.iter().zip(&lossy).map(|(a, b)| a * b).sum();
+        let angle = 2.0 * libm::acosf(libm::fabsf(cosine).min(1.0));
+        assert!(angle < 1e-3, "{every}: {angle}");
+    }
+}
