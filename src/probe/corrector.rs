@@ -4,6 +4,7 @@ use crate::{
     compensation::{ActiveEffects, Effect, GyroModel, Snapshot, effect::REFERENCE_TEMPERATURE_C},
     config::Config,
     estimator::turned_back,
+    rotation::{exp_quaternion, rotate_back},
     sample::{Reading, Sample, SampleFlags},
 };
 use nalgebra::Vector3;
@@ -69,7 +70,8 @@ impl TakenOut for Nothing {
 pub(super) struct Found {
     pub effects: ActiveEffects,
     square_force_m2_s4: f32,
-    /// Specific force of the last sample, and below it the temperature above the effects' reference, kelvin.
+    /// Last usable specific force, turned back as the probe turned since, and below it the last temperature above the
+    /// effects' reference, kelvin.
     last_force_m_s2: Vector3<f32>,
     last_warming_k: f32,
 }
@@ -100,9 +102,11 @@ impl TakenOut for Found {
             let share = step_s / SHAKING_S;
             self.square_force_m2_s4 +=
                 (force.norm_squared() - self.square_force_m2_s4) * if share < 1.0 { share } else { 1.0 };
+            self.last_force_m_s2 = force;
+        } else {
+            self.last_force_m_s2 = rotate_back(&exp_quaternion(&(rate * step_s)), &self.last_force_m_s2);
         }
         let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
-        self.last_force_m_s2 = value(accel);
         self.last_warming_k = if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { self.last_warming_k };
         let mut snapshot = Snapshot {
             rate_rad_s: *rate,
@@ -201,3 +205,6 @@ impl<T: TakenOut> Corrector<T> {
         self.taken_out.correct(library, sample, [rate, &acceleration_rad_s2], vectors, step_s)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,7 @@ use crate::{
     estimator::{
         increment::Increment,
         parameters::Parameters,
-        real::{Real, V3, square, zero3},
+        real::{Real, V3, rotation, square, zero3},
         taken_out::TakenOut,
     },
 };
@@ -29,17 +29,28 @@ pub(super) struct Terms<T, const EFFECTS: usize> {
     /// increments in these means, at most [`REMEMBERED`].
     pub squares: [T; PARAMETERS],
     pub increments: u32,
+    /// Latest specific force, turned back as the probe turned since, and its mean square: an increment without a force
+    /// has that of the one before.
+    force: V3<T>,
+    square_force: T,
 }
 
 impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
     pub const fn zero() -> Self {
-        Self { all: [zero3(); EFFECTS], squares: [T::ZERO; PARAMETERS], increments: 0 }
+        Self {
+            all: [zero3(); EFFECTS],
+            squares: [T::ZERO; PARAMETERS],
+            increments: 0,
+            force: zero3(),
+            square_force: T::ZERO,
+        }
     }
 
     /// Forgets what the effects have added.
     pub fn begin(&mut self) {
         self.squares = [T::ZERO; PARAMETERS];
         self.increments = 0;
+        (self.force, self.square_force) = (zero3(), T::ZERO);
     }
 
     /// Root mean square of what one unit of a parameter, counted in the library, adds to its sensor's reading.
@@ -63,11 +74,16 @@ impl<T: Real, const EFFECTS: usize> Terms<T, EFFECTS> {
         let rate = with.p * (increment.rate - with.bias);
         let field = with.mag_matrix * increment.field.unwrap_or_else(zero3) + with.hard_iron;
         let narrowed = |v: &V3<T>| v.map(|x| x.narrow());
+        if let Some(force) = increment.force {
+            (self.force, self.square_force) = (force, increment.square_force);
+        } else {
+            self.force = rotation(&(rate * (T::ZERO - increment.seconds))) * self.force;
+        }
         let moment = Snapshot {
             rate_rad_s: narrowed(&rate),
             acceleration_rad_s2: narrowed(&(with.p * rate_change)),
-            force_m_s2: narrowed(&increment.force.unwrap_or_else(zero3)),
-            square_force_m2_s4: increment.square_force.narrow(),
+            force_m_s2: narrowed(&self.force),
+            square_force_m2_s4: self.square_force.narrow(),
             field_ut: narrowed(&(field * field_ut)),
             warming_k: increment.warming_k.map_or(0.0, |x| x.narrow()),
         };
