@@ -294,7 +294,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// increments of hard motion by hand may be late; they are counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
-        match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(self.pipeline.checks.samples_per_second()) {
+        let Some(samples_per_second) = 1_000_000_u32.checked_div(self.config.sample_period_us) else { return 0 };
+        match (clock_hz / CLOCK_CYCLES_PER_UNIT).checked_div(samples_per_second) {
             Some(units) => units,
             None => 0,
         }

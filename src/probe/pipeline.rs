@@ -85,7 +85,7 @@ impl<T: TakenOut> Pipeline<T> {
         flags.set(AttitudeFlags::GYRO_HELD, sample.flags.contains(SampleFlags::GYRO_MISSING));
         flags.set(AttitudeFlags::GYRO_CLIPPED, sample.flags.contains(SampleFlags::GYRO_CLIPPED));
         flags.set(AttitudeFlags::FAULT, sample.flags.contains(SampleFlags::FAULT));
-        flags.set(AttitudeFlags::FROZEN_SENSOR, self.checks.update(sample));
+        flags.set(AttitudeFlags::FROZEN_SENSOR, self.checks.update(sample, step_s));
         flags.set(AttitudeFlags::AFTER_GAP, with.gap_s.is_some());
         if !sample.flags.contains(SampleFlags::GYRO_MISSING) {
             self.last_raw_rad_s = sample.gyro_rad_s;

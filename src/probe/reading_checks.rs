@@ -1,6 +1,9 @@
 //! Checks of a sample's readings: missing, clipped, stale or dead ones are not used.
 
-use super::{rail::Rail, staleness::Staleness};
+use super::{
+    rail::Rail,
+    staleness::{LONGEST_INTERVAL_S, Staleness},
+};
 use crate::{
     compensation::VectorModel,
     config::{Config, FullScale},
@@ -13,14 +16,20 @@ use nalgebra::Vector3;
 /// 1,998.0: MPU-9250 PS section 3.1).
 pub const CLIPPED_SHARE: f32 = 0.998;
 
-/// Fraction of a second after which a gyro or accelerometer that repeats itself on all axes is stale. A live sensor has
-/// noise; a dead sensor's readings are used until it is detected. A gyro whose last two different readings show no
-/// rotation gets the whole second, because its noise can be below its resolution (ICM-42688-P: 20 mdps in 50 Hz against
-/// 61 mdps).
-const STALE_INERTIAL_PART: u32 = 20;
+/// Time after which a gyro or accelerometer that repeats itself on all axes is stale, seconds. A live sensor has noise;
+/// a dead sensor's readings are used until it is detected. A gyro whose last two different readings show no rotation
+/// gets [`FROZEN_S`], because its noise can be below its resolution (ICM-42688-P: 20 mdps in 50 Hz against 61 mdps).
+const STALE_INERTIAL_S: f32 = 0.05;
+/// Time after which a magnetometer is stale, seconds: some magnetometers are read only 8 to 10 times a second.
+const STALE_MAG_S: f32 = LONGEST_INTERVAL_S;
+/// Time after which a sensor that repeats itself is flagged as frozen, seconds.
+const FROZEN_S: f32 = 1.0;
 
-/// Fraction of a second after which a magnetometer is stale: some magnetometers are read only 8 to 10 times a second.
-const STALE_MAG_PART: u32 = 4;
+/// Cosine of the angle, 20 deg, by which force or field must turn in the body to show that the probe turns: a dead axis
+/// of the gyro does not. It is the turn of a second at the least rate that counts as turning (`TURNING_RAD_S`).
+const COSINE_TURNED: f32 = 0.94;
+/// Length of a unit vector in a byte for each axis.
+const UNIT: f32 = 127.0;
 
 /// A value for each of the three vector sensors.
 struct BySensor<T> {
@@ -49,32 +58,29 @@ impl<T> BySensor<T> {
 
 /// Checks of readings against full scales, rails, repeats and dead axes.
 pub(super) struct ReadingChecks {
-    samples_per_second: u32,
     /// Rate below which a gyro that repeats its reading may be at rest, rad/s.
     still_rad_s: f32,
     staleness: BySensor<Staleness>,
     gyro_rails: [Rail; 3],
+    /// Directions of force and field in the body, in units of [`UNIT`], when an axis of the gyro began to repeat itself;
+    /// zero: not read then.
+    began: [[i8; 3]; 2],
+    /// Axes of the gyro that have repeated themselves since, a bit each.
+    repeating: u8,
 }
 
 impl ReadingChecks {
     /// All-zero value for a static before it is configured.
     pub const ZERO: Self = Self {
-        samples_per_second: 0,
         still_rad_s: 0.0,
         staleness: BySensor { gyro: Staleness::zero(), accel: Staleness::zero(), mag: Staleness::zero() },
         gyro_rails: [Rail::zero(); 3],
+        began: [[0; 3]; 2],
+        repeating: 0,
     };
 
     pub fn new(config: &Config) -> Self {
-        Self {
-            samples_per_second: 1_000_000_u32.checked_div(config.sample_period_us).unwrap_or(0),
-            still_rad_s: config.identification.max_bias_rad_s,
-            ..Self::ZERO
-        }
-    }
-
-    pub const fn samples_per_second(&self) -> u32 {
-        self.samples_per_second
+        Self { still_rad_s: config.identification.max_bias_rad_s, ..Self::ZERO }
     }
 
     /// Flags the sensors of a sample that are at full scale, and a gyro that is at its rail.
@@ -94,30 +100,55 @@ impl ReadingChecks {
         }
     }
 
-    /// Takes a sample's readings. Returns true if one of the sensors has repeated its reading for a second.
-    pub fn update(&mut self, sample: &Sample) -> bool {
-        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s);
+    /// Takes a sample's readings, `step_s` seconds after those of the sample before. Returns true if one of the
+    /// sensors, when it was last read, had repeated its reading for a second.
+    pub fn update(&mut self, sample: &Sample, step_s: f32) -> bool {
+        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s)
+            || !sample.flags.contains(SampleFlags::GYRO_MISSING) && self.has_turned_unseen(sample);
         let mut frozen = false;
         for sensor in Sensor::ALL {
+            let staleness = self.staleness.of_mut(sensor);
+            staleness.pass(step_s);
             if !sample.flags.contains(SampleFlags::missing(sensor)) {
-                let staleness = self.staleness.of_mut(sensor);
                 staleness.update(sample.vector(sensor), turning);
-                frozen |= staleness.same > self.samples_per_second
-                    || (matches!(sensor, Sensor::Gyro) && staleness.has_dead_turning_axis());
             }
+            frozen |= staleness.has_repeated_for(FROZEN_S)
+                || (matches!(sensor, Sensor::Gyro) && staleness.has_dead_turning_axis());
         }
         frozen
     }
 
-    /// Returns true if a sensor has repeated its reading for the fraction of a second after which it is stale.
+    /// Returns true if force or field has turned in the body since an axis of the gyro began to repeat itself.
+    fn has_turned_unseen(&mut self, sample: &Sample) -> bool {
+        let axes = self.staleness.gyro.repeats(sample.gyro_rad_s);
+        let going_on = self.repeating & axes;
+        self.repeating = if going_on > 0 { going_on } else { axes };
+        if axes == 0 {
+            return false;
+        }
+        let mut has_turned = false;
+        for (began, read) in self.began.iter_mut().zip([sample.accel_m_s2, sample.mag_ut]) {
+            let read = Vector3::from(read);
+            // A missing reading is zero, and NaN here: it has not turned, and begins as zero.
+            let read = read * (UNIT / libm::sqrtf(read.norm_squared()));
+            if going_on > 0 {
+                let began = Vector3::from(began.map(f32::from));
+                has_turned |= read.dot(&began) < COSINE_TURNED * began.norm_squared();
+            } else {
+                *began = read.map(|x| x as i8).into();
+            }
+        }
+        has_turned
+    }
+
+    /// Returns true if a sensor has repeated its reading for the time after which it is stale.
     fn is_stale(&self, sensor: Sensor) -> bool {
         let staleness = self.staleness.of(sensor);
-        let part = match sensor {
-            Sensor::Gyro if !staleness.is_lively() && staleness.is_still(self.still_rad_s) => 1,
-            Sensor::Gyro | Sensor::Accelerometer => STALE_INERTIAL_PART,
-            Sensor::Magnetometer => STALE_MAG_PART,
-        };
-        staleness.same > self.samples_per_second.checked_div(part).unwrap_or(0)
+        staleness.has_repeated_for(match sensor {
+            Sensor::Gyro if !staleness.is_lively() && staleness.is_still() => FROZEN_S,
+            Sensor::Gyro | Sensor::Accelerometer => STALE_INERTIAL_S,
+            Sensor::Magnetometer => STALE_MAG_S,
+        })
     }
 
     /// Returns the gyro's reading with this raw rate, rad/s. A clipped or stale one is unusable.
