@@ -5,8 +5,13 @@ use crate::statistics::chi_square::OF_TWO_IN_A_THOUSAND;
 use core::f32::consts::TAU;
 use nalgebra::Vector3;
 
-/// Length of the means of the field that are compared, seconds.
+/// Least length of the means of the field that are compared, seconds.
 const BLOCK_S: f32 = 0.5;
+/// Filter steps with a field in such a mean: its scatter is then known to a half (chi-square of eight degrees of
+/// freedom, two axes across the field). A magnetometer that is read five times a second gives as many in a second.
+const LEAST_FIELDS: u16 = 5;
+/// Longest time in which a mean gathers its fields, seconds; after a longer one they do not stand for its middle.
+const LONGEST_BLOCK_S: f32 = 5.0;
 /// Fastest turn that is taken for rest, rad/s: `RestTracker` allows 2 deg/s, VQF's default.
 const FASTEST_RAD_S: f32 = 0.035;
 /// Longest time that the field is given to show a turn, seconds: one about the field's own direction it does not show.
@@ -15,7 +20,8 @@ const LONGEST_S: f32 = 120.0;
 /// sensors on a table (`estimator::Noise::HAND`: its field at rest).
 const OWN_RAD: f32 = 1.8e-3;
 
-/// Sums over half a second: force and field in the body, field in the earth frame, and the field's squared norm.
+/// Sums over half a second or more: force and field in the body, field in the earth frame, and the field's squared
+/// norm.
 #[derive(Clone, Copy)]
 struct Block {
     force: Vector3<f32>,
@@ -24,7 +30,9 @@ struct Block {
     /// Turn that the gyro showed, with its bias, rad.
     turn: Vector3<f32>,
     square: f32,
-    steps: u16,
+    /// Filter steps with a field.
+    fields: u16,
+    /// Time of all filter steps, seconds.
     seconds: f32,
 }
 
@@ -35,13 +43,13 @@ impl Block {
         field_ned: Vector3::new(0.0, 0.0, 0.0),
         turn: Vector3::new(0.0, 0.0, 0.0),
         square: 0.0,
-        steps: 0,
+        fields: 0,
         seconds: 0.0,
     };
 
     /// Variance of the mean field's direction about an axis, rad^2.
     fn variance(&self) -> f32 {
-        let n = f32::from(self.steps);
+        let n = f32::from(self.fields);
         let norm_squared = self.field.norm_squared() / n;
         // Relative variance of single steps about their mean, over the two axes across the field.
         let scatter = (self.square - norm_squared) / norm_squared;
@@ -54,7 +62,7 @@ impl Block {
     }
 
     fn mean(&self) -> Mean {
-        let (norm, n) = (libm::sqrtf(self.field.norm_squared()), f32::from(self.steps));
+        let (norm, n) = (libm::sqrtf(self.field.norm_squared()), f32::from(self.fields));
         Mean {
             direction: self.field / norm,
             norm: norm / n,
@@ -65,7 +73,7 @@ impl Block {
     }
 }
 
-/// Mean field of half a second.
+/// Mean field of a block.
 #[derive(Clone, Copy)]
 struct Mean {
     /// In the body, of unit length; zero: there is none.
@@ -140,29 +148,35 @@ impl SlowTurn {
             *self = Self { rate: core::mem::replace(&mut self.rate, RestRate::new()), ..Self::new() };
             return;
         }
-        let (Some(force), Some(field)) = (step.mean_force(), step.mean_field()) else { return };
-        if self.block.steps == 0 && (self.first.is_none() || self.age_s <= 0.0) {
+        if self.block.fields == 0 && (self.first.is_none() || self.age_s <= 0.0) {
             self.bias_variance = largest_bias_variance(state);
         }
-        let to_body = state.rotation.transpose();
-        let Block { square, steps, seconds, .. } = &mut self.block;
-        *square += field.norm_squared();
-        *steps += 1;
-        *seconds += step.time_s;
-        self.block.force += to_body * force;
-        self.block.field += to_body * field;
-        self.block.field_ned += field;
+        self.block.seconds += step.time_s;
         self.block.turn += step.angle_rad + state.bias_rad_s * step.time_s;
-        if self.block.seconds < BLOCK_S {
+        if let (Some(force), Some(field)) = (step.mean_force(), step.mean_field()) {
+            let to_body = state.rotation.transpose();
+            self.block.square += field.norm_squared();
+            self.block.fields += 1;
+            self.block.force += to_body * force;
+            self.block.field += to_body * field;
+            self.block.field_ned += field;
+        }
+        let is_full = self.block.fields >= LEAST_FIELDS;
+        if self.block.seconds < if is_full { BLOCK_S } else { LONGEST_BLOCK_S } {
             return;
         }
         let block = core::mem::replace(&mut self.block, Block::ZERO);
+        if !is_full {
+            // A doubt stays: only a field ends it.
+            (self.first, self.age_s) = (Mean::NONE, 0.0);
+            return;
+        }
+        self.age_s += block.seconds;
         let mean = block.mean();
         let mean_field = mean.direction * mean.norm;
         let last_field = core::mem::replace(&mut self.last_field, mean_field);
-        self.age_s += block.seconds;
         if self.first.is_none() {
-            self.first = mean;
+            (self.first, self.age_s) = (mean, block.seconds);
             return;
         }
         let variance = mean.variance + self.first.variance;
@@ -199,7 +213,7 @@ impl SlowTurn {
         let rate = missed / self.age_s;
         // A change within one block is no slow turn.
         let step = (mean_field - last_field).norm_squared() / mean_field.norm_squared();
-        let is_slow = step <= FASTEST_RAD_S * FASTEST_RAD_S * BLOCK_S * BLOCK_S + limit;
+        let is_slow = step <= FASTEST_RAD_S * FASTEST_RAD_S * block.seconds * block.seconds + limit;
         let is_turn = is_slow && longer * longer <= limit && steeper * steeper <= limit;
         if is_turn {
             self.doubted_s = if self.rate.is_changed { needed_s } else { self.age_s };

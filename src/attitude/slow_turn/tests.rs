@@ -10,15 +10,17 @@ const PERIOD_S: f32 = 0.01;
 /// Largest heading error, rad, and its share of the stated deviation, of a probe that stands at 45 deg, turns about
 /// the vertical at `rate_rad_s` from 10 to 29 s, and stands again; `disturbed` gives the field at a time, seconds.
 fn worst(seed: u64, rate_rad_s: f32, disturbed: impl Fn(f32, Vector3<f32>) -> Vector3<f32>) -> (f32, f32) {
-    let (largest, share, _) = flown(seed, rate_rad_s, 0.0, disturbed);
+    let (largest, share, _) = flown(seed, rate_rad_s, 0.0, 1, disturbed);
     (largest, share)
 }
 
-/// The same, with a bias about the vertical that steps at 30 s, rad/s; and the heading error at the end, rad.
+/// The same, with a bias about the vertical that steps at 30 s, rad/s, and a field in every sample of this number; and
+/// the heading error at the end, rad.
 fn flown(
     seed: u64,
     rate_rad_s: f32,
     step_rad_s: f32,
+    every: u16,
     disturbed: impl Fn(f32, Vector3<f32>) -> Vector3<f32>,
 ) -> (f32, f32, f32) {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
@@ -39,7 +41,8 @@ fn flown(
         let rate = bias + in_body(Vector3::new(0.0, 0.0, turning + stepped)) + vector(2e-3);
         filter.propagate(PERIOD_S, &rate);
         let field = in_body(disturbed(t, Vector3::new(25.0, 0.0, 43.0))) + vector(0.15);
-        filter.observe(Some(&(in_body(Vector3::new(0.0, 0.0, -9.81)) + vector(0.02))), Some(&field));
+        let field = (k % every == 0).then_some(field);
+        filter.observe(Some(&(in_body(Vector3::new(0.0, 0.0, -9.81)) + vector(0.02))), field.as_ref());
         if t > 5.0 {
             let attitude = filter.attitude(crate::attitude::AttitudeFlags::empty()).unwrap();
             let truth = libm::atan2f(body_to_ned[(1, 2)], body_to_ned[(0, 2)]);
@@ -64,11 +67,26 @@ fn a_string_that_untwists_slowly_is_followed() {
     }
 }
 
+/// At 100 Hz, a magnetometer of 10 and of 5 Hz.
+#[test]
+fn a_field_that_is_read_less_often_shows_a_turn_of_the_same_rate() {
+    for every in [10, 20] {
+        for seed in 0..4 {
+            for deg_s in [0.1_f32, 0.2, 0.3] {
+                let (error, share, last) = flown(seed, deg_s.to_radians(), 0.0, every, |_, field| field);
+                let text = [error, last].map(f32::to_degrees);
+                assert!(error < 1.0_f32.to_radians(), "every {every}, seed {seed}, {deg_s} deg/s: {text:?} {share}");
+                assert!(share < 1.0, "every {every}, seed {seed}, {deg_s} deg/s: {text:?} {share}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_bias_that_steps_at_rest_is_a_turn_until_the_field_has_had_time_to_show_that_it_is_none() {
     for seed in 0..4 {
         for deg_s in [0.1_f32, -0.2] {
-            let (error, share, last) = flown(seed, 0.0, deg_s.to_radians(), |_, field| field);
+            let (error, share, last) = flown(seed, 0.0, deg_s.to_radians(), 1, |_, field| field);
             assert!(share < 1.5 && last < 1.0_f32.to_radians(), "seed {seed}, {deg_s} deg/s: {error} {share} {last}");
         }
     }
