@@ -294,9 +294,10 @@ impl AttitudeFilter {
             self.step.add_force(&force);
         }
         if let Some(field) = mag {
+        self.turned_field.pass(self.sample.step_s);
             let field = self.state.rotation * field;
             self.step.add_field(&field);
-            self.report.is_stale |= self.turned_field.update(&field, self.sample.step_s);
+            self.report.is_stale |= self.turned_field.update(&field);
         }
         if self.step.time_s + 0.5 * self.sample.step_s >= STEP_S {
             self.close_step();

@@ -7,6 +7,9 @@ use nalgebra::Vector3;
 /// turn by a radian stays doubted until the mean is some ten thousand times larger, for two seconds, in which
 /// the filter finds the cause.
 const SMOOTHING_S: f32 = 1.0;
+/// Largest weight of a reading in that mean, which is then over nine readings of three axes: it is known to a quarter
+/// (sqrt(2 / 27)).
+const MOST_WEIGHT: f32 = 0.2;
 /// Scatter assumed before the first reading, microtesla: more than the earth's field.
 const UNKNOWN_UT: f32 = 100.0;
 /// Gate over the mean square: exceeded by noise once in a thousand (chi-square with three degrees of
@@ -25,12 +28,14 @@ pub(super) struct TurnedField {
     noise_ut2: f32,
     /// Excess of the last reading's squared difference over the gate.
     doubt_ut2: f32,
+    /// Time since the last reading, seconds.
+    unread_s: f32,
 }
 
 impl TurnedField {
     /// All zero, for a static.
     pub(super) const fn zero() -> Self {
-        Self { agreed_ut: Vector3::new(0.0, 0.0, 0.0), noise_ut2: 0.0, doubt_ut2: 0.0 }
+        Self { agreed_ut: Vector3::new(0.0, 0.0, 0.0), noise_ut2: 0.0, doubt_ut2: 0.0, unread_s: 0.0 }
     }
 
     /// Creates a detector with no reading in doubt.
@@ -46,13 +51,20 @@ impl TurnedField {
         }
     }
 
+    /// Adds the time from the sample before to this one, with or without a field.
+    pub(super) fn pass(&mut self, step_s: f32) {
+        self.unread_s += step_s;
+    }
+
     /// Takes a reading of the field, north, east and down. Returns true if it is further from the last field that
     /// agreed with the attitude than the noise allows.
-    pub(super) fn update(&mut self, field_ut: &Vector3<f32>, step_s: f32) -> bool {
+    pub(super) fn update(&mut self, field_ut: &Vector3<f32>) -> bool {
+        let weight = core::mem::replace(&mut self.unread_s, 0.0) / SMOOTHING_S;
         let square = (field_ut - self.agreed_ut).norm_squared();
         let beyond = square - GATE * self.noise_ut2;
         self.doubt_ut2 = if beyond > 0.0 { beyond } else { 0.0 };
-        self.noise_ut2 += (square - self.doubt_ut2 - self.noise_ut2) * (step_s / SMOOTHING_S);
+        self.noise_ut2 +=
+            (square - self.doubt_ut2 - self.noise_ut2) * if weight < MOST_WEIGHT { weight } else { MOST_WEIGHT };
         self.doubt_ut2 > 0.0
     }
 
