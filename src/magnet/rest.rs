@@ -76,13 +76,6 @@ impl Halves {
         if n == 0 { None } else { Some(self.origin + (self.sums[0] + self.sums[1]) / f32::from(n)) }
     }
 
-    /// Variance of one reading, summed over the axes.
-    fn variance(&self) -> f32 {
-        let n = f32::from(self.counts[0] + self.counts[1]);
-        let total = self.sums[0] + self.sums[1];
-        (self.square - total.norm_squared() / n) / (n - 1.0)
-    }
-
     /// Returns true if the direction turned by more than `limit_rad` between the halves, beyond 3 standard
     /// errors.
     fn turned(&self, limit_rad: f32) -> bool {
@@ -91,8 +84,15 @@ impl Halves {
         if n0 < 2.0 || n1 < 2.0 {
             return false;
         }
-        let change = self.sums[0] / n0 - self.sums[1] / n1;
-        let error = libm::sqrtf(self.variance() * (1.0 / n0 + 1.0 / n1));
+        let means = [self.sums[0] / n0, self.sums[1] / n1];
+        let change = means[0] - means[1];
+        // Variance of one reading, summed over the axes, about each half's own mean and less that of a steady turn by
+        // `change`: n readings of such a turn vary within the halves by n/12 - 1/(3 n) of its square.
+        let n = n0 + n1;
+        let within = self.square - n0 * means[0].norm_squared() - n1 * means[1].norm_squared();
+        let noise = within - change.norm_squared() * (n / 12.0 - 1.0 / (3.0 * n));
+        let variance = if noise > 0.0 { noise / (n - 2.0) } else { 0.0 };
+        let error = libm::sqrtf(variance * (1.0 / n0 + 1.0 / n1));
         change.norm() > limit_rad * mean.norm() + 3.0 * error
     }
 }

@@ -59,3 +59,33 @@ fn a_still_second_gives_its_mean_and_a_moving_one_nothing() {
         assert!(second(0.0, 0.0, 0.0, seed).is_none(), "frozen gyro");
     }
 }
+
+/// Second at 200 Hz of a gyro that reads a steady turn about the vertical, as a bias would be, with a noisy field in
+/// every sample of this number.
+fn turned_second(deg_s: f32, every: u16, seed: u64) -> Option<Rest> {
+    let mut detector = RestDetector::zero();
+    detector.start(5_000);
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(seed);
+    let mut noise = |width: f32| Vector3::from_fn(|_, _| width * (generator.next_u32() as f32 / u32::MAX as f32 - 0.5));
+    let limits = RestLimits { bias_rad_s: 0.2, ..LIMITS };
+    let mut found = None;
+    for k in 0..200_u16 {
+        let angle = deg_s.to_radians() * 0.005 * f32::from(k);
+        let rate = Vector3::new(0.0, 0.0, deg_s.to_radians()) + noise(0.004);
+        let field = Vector3::new(20.0 * libm::cosf(angle), -20.0 * libm::sinf(angle), 40.0) + noise(0.3);
+        let field = if k % every == 0 { Reading::Usable(field) } else { Reading::Missing };
+        found = detector.push(Reading::Usable(rate), Reading::Usable(Vector3::new(0.0, 0.0, -9.8)), field, &limits);
+    }
+    found.unwrap()
+}
+
+/// A turn is none of the noise by which it is judged: at 10 and at 5 Hz.
+#[test]
+fn a_slow_field_shows_a_turn_that_a_bias_would_explain() {
+    for seed in 0..20 {
+        for (deg_s, every) in [(5.0, 20), (9.0, 20), (9.0, 40)] {
+            assert!(turned_second(deg_s, every, seed).is_none(), "{deg_s} {every} {seed}");
+        }
+        assert!(turned_second(0.0, 20, seed).is_some(), "at rest: {seed}");
+    }
+}
