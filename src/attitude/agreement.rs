@@ -2,7 +2,7 @@
 //! attitude, the attitude is wrong.
 
 use super::{
-    error_state::{BIAS, HEADING},
+    error_state::HEADING,
     heading::{Heading, LOST_RAD},
     settings::Settings,
     state::State,
@@ -10,7 +10,6 @@ use super::{
     turned_field::TurnedField,
 };
 use crate::{rotation::sine_and_cosine, statistics::chi_square::OF_ONE_IN_A_THOUSAND};
-use core::f32::consts::PI;
 use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
@@ -136,9 +135,7 @@ impl Agreement {
             }
         };
         let off = if tilted > turned { tilted } else { turned };
-        for axis in 0..BIAS {
-            state.errors.inflate(axis, off, PI * PI);
-        }
+        state.inflate_attitude(off);
         let rate = libm::sqrtf(off) / (SMOOTHING_S + heading.disagreed_s());
         self.mistrust_rad_s = if rate > self.mistrust_rad_s { rate } else { self.mistrust_rad_s };
     }

@@ -46,6 +46,13 @@ impl Consistency {
         }
     }
 
+    /// Takes the shares of tilt's and heading's variances that are new, as after a gap: past innovations say nothing of
+    /// them.
+    pub fn note_added(&mut self, [tilt, heading]: [f32; 2]) {
+        add(&mut self.tilt, tilt);
+        add(&mut self.heading, heading);
+    }
+
     /// Scales the expected covariance of the attitude error (NED, rad^2) by the means, and adds the variance of the
     /// heading that averaging does not reduce (rad^2). Half of that is taken to come from the probe, which shows while
     /// it turns, and half from the place, which does not show. Neither grows: innovations beyond their expectation are
@@ -64,6 +71,15 @@ impl Consistency {
 fn note(mean: &mut f32, ratio: f32, time_s: f32) {
     let ratio = if ratio < MOST { ratio } else { MOST };
     *mean += (ratio - *mean) * (time_s / (MEMORY_S + time_s));
+}
+
+/// Moves a mean below one towards one by the share of the variance that is new, so that the variance stated grows by
+/// what is new.
+fn add(mean: &mut f32, share: f32) {
+    if *mean < 1.0 {
+        // A NaN counts as all.
+        *mean += (1.0 - *mean) * if share < 1.0 { share } else { 1.0 };
+    }
 }
 
 /// Factor of the stated deviation: root of a mean, at most one.

@@ -4,6 +4,7 @@
 use super::{
     Attitude, AttitudeFlags,
     agreement::Agreement,
+    consistency::Consistency,
     error_state::{BIAS, HEADING, VELOCITY},
     filter_step::FilterStep,
     gyro_scale,
@@ -385,7 +386,7 @@ impl AttitudeFilter {
     }
 
     fn inflate(&mut self, angle_rad: f32) {
-        self.state.inflate_attitude(angle_rad);
+        self.state.inflate_attitude(angle_rad * angle_rad);
         self.report.is_stale = true;
     }
 
@@ -446,9 +447,11 @@ impl AttitudeFilter {
             state.propagation.turn(&by);
             state.errors.reset_attitude(&known.covariance);
         } else {
+            state.consistency = Consistency::new();
             state.propagation.turn(&without_twist(&by));
             state.errors.reset_tilt(&known.covariance);
         }
+            state.consistency.note_added([1.0, 0.0]);
         state.bias_rad_s = Vector3::zeros();
         state.reset_bias(&settings.config);
         state.refresh_rotation();

@@ -79,7 +79,7 @@ impl SensorErrors {
         state.bias_rad_s = Vector3::zeros();
         heading.reset(state);
         // The former model turned the attitude wrongly by this share of every radian.
-        state.inflate_attitude(libm::sqrtf(change));
+        state.inflate_attitude(change);
         let mean_square = sigma.iter().take(9).fold(0.0, |sum, s| sum + s * s) / 9.0;
         self.scale_sigma = between(libm::sqrtf(mean_square), LEAST_SCALE, white);
         for (k, sigma) in sigma.iter().skip(9).enumerate() {

@@ -4,7 +4,7 @@
 
 use super::{
     consistency::Consistency,
-    error_state::{BIAS, ErrorState, Gain, STATES, VELOCITY},
+    error_state::{BIAS, ErrorState, Gain, HEADING, STATES, VELOCITY},
     filter_step::FilterStep,
     propagation::Propagation,
 };
@@ -148,10 +148,12 @@ impl State {
         self.errors.reset(VELOCITY + 1, config.velocity_sigma_m_s * config.velocity_sigma_m_s);
     }
 
-    /// Inflates the attitude by an angle about each axis.
-    pub fn inflate_attitude(&mut self, angle_rad: f32) {
+    /// Inflates the attitude by a squared angle about each axis, rad^2.
+    pub fn inflate_attitude(&mut self, square: f32) {
+        let [north, east, heading] = [0, 1, HEADING].map(|k| square / (self.errors.variance(k) + square));
+        self.consistency.note_added([0.5 * (north + east), heading]);
         for k in 0..BIAS {
-            self.errors.inflate(k, angle_rad * angle_rad, PI * PI);
+            self.errors.inflate(k, square, PI * PI);
         }
     }
 

@@ -193,6 +193,7 @@ impl Tilt {
                 state.errors.reset(VELOCITY + k, speed);
                 state.errors.inflate(k, ALIGNMENT_SIGMA_RAD * ALIGNMENT_SIGMA_RAD, PI * PI);
             }
+            state.consistency.note_added([1.0, 0.0]);
             state.reset_bias(config);
         }
     }

@@ -57,3 +57,17 @@ fn half_of_what_is_constant_is_judged_while_the_probe_turns() {
     steps(&mut consistency, 120, 0.25, 1.1 * TURNING_RAD_S);
     assert!((consistency.stated(&nothing, 1.0).m33 - 0.625).abs() < 0.02);
 }
+
+#[test]
+fn what_is_new_is_stated_as_it_is() {
+    let (old, new) = (0.02, 0.05);
+    let mut consistency = Consistency { tilt: 0.1, heading: 0.3, turning: 1.0 };
+    consistency.note_added([new / (old + new); 2]);
+    let stated = consistency.stated(&Matrix3::from_diagonal_element(old + new), 0.0);
+    assert!((stated.m11 - (0.1 * old + new)).abs() < 1e-6 && (stated.m33 - (0.3 * old + new)).abs() < 1e-6, "{stated}");
+    consistency.note_added([f32::NAN, f32::NAN]);
+    assert_eq!(consistency.stated(&Matrix3::identity(), 0.0), Matrix3::identity());
+    let mut larger = Consistency { tilt: 2.0, ..Consistency::new() };
+    larger.note_added([0.5; 2]);
+    assert_eq!(larger.tilt, 2.0);
+}
