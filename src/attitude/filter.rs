@@ -294,8 +294,8 @@ impl AttitudeFilter {
             self.force_change.update(&force, self.sample.step_s);
             self.step.add_force(&force);
         }
-        if let Some(field) = mag {
         self.turned_field.pass(self.sample.step_s);
+        if let Some(field) = mag {
             let field = self.state.rotation * field;
             self.step.add_field(&field);
             self.report.is_stale |= self.turned_field.update(&field);
@@ -354,6 +354,7 @@ impl AttitudeFilter {
                 tilt_is_settled: tilt.is_settled(),
                 force_seen: tilt.force_seen_lately(),
                 timing_variance_s2: sensors.mag_timing_variance_s2,
+                offset_variance_ut2: sensors.mag_offset_variance_ut2,
             };
             let used = heading.update(state, field, &step, &conditions, settings);
             heading.note_field(used, step.time_s);
@@ -446,12 +447,12 @@ impl AttitudeFilter {
             heading.settle();
             state.propagation.turn(&by);
             state.errors.reset_attitude(&known.covariance);
-        } else {
             state.consistency = Consistency::new();
+        } else {
             state.propagation.turn(&without_twist(&by));
             state.errors.reset_tilt(&known.covariance);
-        }
             state.consistency.note_added([1.0, 0.0]);
+        }
         state.bias_rad_s = Vector3::zeros();
         state.reset_bias(&settings.config);
         state.refresh_rotation();
@@ -471,6 +472,11 @@ impl AttitudeFilter {
         if self.started {
             self.sensors.set_mag_delay(sigma_s, &self.settings.config);
         }
+    }
+
+    /// Sets the variance on an axis of a magnet's offset that is taken out of the field, microtesla^2.
+    pub(crate) const fn field_offset_known(&mut self, variance_ut2: f32) {
+        self.sensors.mag_offset_variance_ut2 = variance_ut2;
     }
 
     /// Returns the attitude now, with the sample's flags and the filter's own; `None` before the first

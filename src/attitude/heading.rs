@@ -63,6 +63,8 @@ pub(super) struct Conditions<'a> {
     pub force_seen: bool,
     /// Variance of the magnetometer's delay, s^2.
     pub timing_variance_s2: f32,
+    /// Variance on an axis of a magnet's offset that was taken out of the field, microtesla^2.
+    pub offset_variance_ut2: f32,
 }
 
 impl Heading {
@@ -213,10 +215,11 @@ impl Heading {
         // An error of the field's direction turns the heading the more, the steeper the dip. A disturbance seen in norm
         // and dip is taken to be as large across the field, where it is not seen.
         let steepness = norm_squared / horizontal_squared;
-        let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation) * steepness;
-        // Half of the error is constant in the probe or in the place, and does not average out while the attitude
-        // stays.
-        let floor = 0.25 * config.mag_sigma_rad * config.mag_sigma_rad * steepness;
+        let offset = conditions.offset_variance_ut2 / norm_squared;
+        let direction = (config.mag_sigma_rad * config.mag_sigma_rad + deviation + offset) * steepness;
+        // Half of the error, and all of an offset's, is constant in the probe or in the place, and does not average out
+        // while the attitude stays.
+        let floor = (0.25 * config.mag_sigma_rad * config.mag_sigma_rad + offset) * steepness;
         // A tilt error about the field's horizontal direction turns the field's heading by this slope.
         let slope = field.xy() * (-field.z / horizontal_squared);
         if self.steps < ALIGNMENT_STEPS {

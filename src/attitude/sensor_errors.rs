@@ -24,13 +24,16 @@ pub(super) struct SensorErrors {
     pub scale_sigma: f32,
     /// Variance of the magnetometer's delay against the gyro, s^2.
     pub mag_timing_variance_s2: f32,
+    /// Variance on an axis of a magnet's offset that was taken out of the field, microtesla^2.
+    pub mag_offset_variance_ut2: f32,
     /// Variance of the gyro's delay, in squared sample periods.
     pub gyro_timing_variance: f32,
 }
 
 impl SensorErrors {
     /// All zero, for a static.
-    pub const ZERO: Self = Self { scale_sigma: 0.0, mag_timing_variance_s2: 0.0, gyro_timing_variance: 0.0 };
+    pub const ZERO: Self =
+        Self { scale_sigma: 0.0, mag_timing_variance_s2: 0.0, mag_offset_variance_ut2: 0.0, gyro_timing_variance: 0.0 };
 
     /// Creates the configured errors, with a known delay of the gyro and an unknown one of the magnetometer.
     pub fn new(config: &AttitudeConfig) -> Self {

@@ -129,6 +129,7 @@ impl<T: TakenOut> Pipeline<T> {
             self.unread_s += step_s;
             self.filter.unread(step_s, self.unread_s);
         }
+        self.filter.field_offset_known(self.watch.offset_variances_ut2().sum() / 3.0);
         let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
         self.filter
             .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
