@@ -254,6 +254,8 @@ impl Tilt {
         if self.contradiction_s > CONTRADICTION_S {
             self.lost = true;
             state.reset_bias(&settings.config);
+            // The shortest turn to upright leaves the heading anywhere.
+            state.errors.reset(HEADING, PI * PI);
         }
     }
 

@@ -12,7 +12,13 @@ const GRAVITY_M_S2: f32 = 9.806_65;
 
 /// A filter that has stood level for 10 s, facing magnetic north, and whose gyro model has just been swapped.
 fn doubted() -> AttitudeFilter {
-    let config = Config::default();
+    doubted_at(None)
+}
+
+/// The same, at this declination, rad.
+fn doubted_at(declination_rad: Option<f32>) -> AttitudeFilter {
+    let mut config = Config::default();
+    config.earth.declination_rad = declination_rad;
     let mut filter = AttitudeFilter::new();
     filter.start(&config.attitude, &config.earth, config.identification.motion);
     for _ in 0..2_000 {
@@ -346,4 +352,96 @@ fn what_innovations_showed_does_not_narrow_an_attitude_that_is_lost() {
     filter.gap(11.0);
     filter.observe(Some(&force), None);
     assert_eq!(filter.state.consistency.stated(&one, 0.0), one);
+}
+
+/// The estimator's north is magnetic, the filter's is true.
+#[test]
+fn an_attitude_that_is_taken_over_is_turned_by_the_declination() {
+    for declination in [0.2, -0.4_f32] {
+        let turn = exp_matrix(&Vector3::new(0.1, -0.05, 0.5));
+        let covariance = Matrix3::from_diagonal_element(1e-4);
+        let mut filter = doubted_at(Some(declination));
+        filter.mark();
+        filter.compare(&KnownAttitude { rotation: turn, covariance });
+        let expected = exp_matrix(&Vector3::new(0.0, 0.0, declination)) * turn;
+        assert!((filter.state.rotation - expected).norm() < 1e-5, "{declination}: {}", filter.state.rotation);
+    }
+}
+
+/// A filter whose past innovations have been a tenth of what was expected.
+fn well_behaved() -> AttitudeFilter {
+    let (mut filter, _) = turned_by_hand(&Matrix3::identity(), config::Motion::Hand);
+    gyro_scale::identified(&mut filter.state, &[0.001; 9]);
+    for _ in 0..20_000 {
+        filter.state.consistency.note_velocity(0.1, 0.05);
+        filter.state.consistency.note_heading(0.1, 0.0, 0.05);
+    }
+    filter.sample.rate_rad_s = Vector3::zeros();
+    filter
+}
+
+#[test]
+fn past_innovations_do_not_narrow_what_a_gap_adds() {
+    let mut filter = well_behaved();
+    let before = filter.attitude_covariance();
+    let blind = filter.blind_rad(0.9);
+    filter.gap(0.9);
+    let grown = (filter.attitude_covariance() - before).diagonal() / (blind * blind);
+    assert!((grown - Vector3::repeat(1.0)).amax() < 0.02, "{grown}");
+    // The same of an attitude that is taken over.
+    let mut filter = well_behaved();
+    filter.mark();
+    let mut known = KnownAttitude { rotation: filter.state.rotation, covariance: Matrix3::from_diagonal_element(1e-8) };
+    known.covariance.m33 = 1.0;
+    filter.compare(&known);
+    assert!(filter.state.consistency.stated(&Matrix3::identity(), 0.0).m11 > 0.999);
+    filter.mark();
+    known.covariance = Matrix3::from_diagonal_element(1e-9);
+    filter.compare(&known);
+    assert_eq!(filter.state.consistency.stated(&Matrix3::identity(), 0.0), Matrix3::identity());
+}
+
+#[test]
+fn a_probe_that_was_turned_over_unseen_has_no_heading_until_a_field_gives_it() {
+    let config = Config::default();
+    let mut filter = AttitudeFilter::new();
+    filter.start(&config.attitude, &config.earth, config.identification.motion);
+    let mut stand = |seconds: u16, body_to_ned: &Matrix3<f32>, has_field: bool| {
+        let [force, field] =
+            [[0.0, 0.0, -GRAVITY_M_S2], [20.0, 0.0, 44.0]].map(|v| body_to_ned.transpose() * Vector3::from(v));
+        for _ in 0..seconds * 200 {
+            filter.propagate(0.005, &Vector3::zeros());
+            filter.observe(Some(&force), has_field.then_some(&field));
+        }
+        let attitude = filter.attitude(AttitudeFlags::empty()).unwrap();
+        let azimuth = libm::atan2f(body_to_ned[(1, 2)], body_to_ned[(0, 2)]);
+        (attitude, libm::remainderf(attitude.azimuth_rad - azimuth, core::f32::consts::TAU).abs())
+    };
+    let tilted = exp_matrix(&Vector3::new(0.3, 0.9, -0.2));
+    let (before, error) = stand(10, &tilted, true);
+    assert!(before.sigma_azimuth_rad < 0.2 && error < 0.1, "{before:?}");
+    // Turned by 100 deg about north, and by 60 deg about the vertical.
+    let over = exp_matrix(&Vector3::new(0.0, 0.0, 1.0)) * exp_matrix(&Vector3::new(1.8, 0.0, 0.0)) * tilted;
+    let (after, error) = stand(8, &over, false);
+    assert!(error > 0.3 && after.sigma_azimuth_rad > 1.0, "{error} {after:?}");
+    let (found, error) = stand(5, &over, true);
+    assert!(found.sigma_azimuth_rad < 0.2 && error < 0.1, "{error} {found:?}");
+}
+
+/// An offset of the field that is known to 2 uT turns a heading read from 20 uT by a tenth of a radian.
+#[test]
+fn the_heading_is_no_more_certain_than_the_offset_that_is_taken_out_of_the_field() {
+    let sigma = |variance_ut2: f32| {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
+        filter.field_offset_known(variance_ut2);
+        for _ in 0..12_000 {
+            filter.propagate(0.005, &Vector3::zeros());
+            filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+        }
+        filter.attitude(AttitudeFlags::empty()).unwrap().sigma_toolface_rad
+    };
+    let [without, with] = [0.0, 4.0].map(sigma);
+    assert!(without < 0.05 && (0.09..0.15).contains(&with), "{without} {with}");
 }
