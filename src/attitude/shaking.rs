@@ -34,12 +34,10 @@ impl Shaking {
         Self { impulse_m_s: ZERO, last_m_s: ZERO, time_s: 0.0, density: 0.0 }
     }
 
-    /// Takes a step's mean force, NED; a missing one restarts the interval.
+    /// Takes a step's mean force, NED. Only the time with a force counts: an accelerometer that is read less often than
+    /// the filter steps is measured, too.
     pub(super) fn update(&mut self, force_m_s2: Option<&Vector3<f32>>, time_s: f32) {
-        let Some(force) = force_m_s2 else {
-            (self.impulse_m_s, self.time_s) = (Vector2::zeros(), 0.0);
-            return;
-        };
+        let Some(force) = force_m_s2 else { return };
         self.impulse_m_s += force.xy() * time_s;
         self.time_s += time_s;
         if self.time_s > IMPULSE_S {
@@ -65,12 +63,19 @@ mod tests {
     use rand_xoshiro::Xoshiro128PlusPlus;
 
     fn mean_density(force: impl Fn(f32, f32) -> f32) -> f32 {
+        mean_density_without(0, force)
+    }
+
+    /// The same, with no force in every step of this number; 0: in none.
+    fn mean_density_without(every: u16, force: impl Fn(f32, f32) -> f32) -> f32 {
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(3);
         let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0 - 0.5;
         let (mut shaking, mut sum) = (Shaking::new(), 0.0);
         for step in 0..60_000_u16 {
             let mut axis = || force(f32::from(step) * 0.05, uniform() * 3.464_1);
-            shaking.update(Some(&Vector3::new(axis(), axis(), -9.8)), 0.05);
+            let force = Vector3::new(axis(), axis(), -9.8);
+            let is_read = every == 0 || step % every > 0;
+            shaking.update(is_read.then_some(&force), 0.05);
             sum += if step < 2_000 { 0.0 } else { shaking.density() / 58_000.0 };
         }
         sum
@@ -85,5 +90,13 @@ mod tests {
         assert!(tilted < 1e-4, "{tilted}");
         let shaken = mean_density(|t_s, _| 3.0 * libm::sinf(18.0 * t_s));
         assert!(shaken < 0.01, "{shaken}");
+    }
+
+    #[test]
+    fn steps_without_a_force_restart_nothing() {
+        for every in [2, 20] {
+            let white = mean_density_without(every, |_, noise| noise);
+            assert!((white - 0.05).abs() < 0.01, "{every}: {white}");
+        }
     }
 }
