@@ -4,6 +4,7 @@ extern crate std;
 
 use super::*;
 use crate::{
+    attitude::AttitudeFlags,
     compensation::effects,
     config::{IdentificationConfig, Latency, Motion},
     identification::Decision,
@@ -241,4 +242,38 @@ fn a_model_flies_since_the_sample_at_which_it_changed() {
         assert_eq!(probe.model_since_us(), since_us);
     }
     assert!(changes > 1, "{changes}");
+}
+
+#[test]
+fn a_freeze_outlasts_a_clock_that_goes_back() {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&Config { sample_period_us: PERIOD_US as u32, ..Config::default() }).unwrap();
+    probe.freeze(40_000_000);
+    for sample in tumbling(20) {
+        let _ = probe.push(&sample);
+    }
+    let mut began = 0;
+    for sample in tumbling(2) {
+        let _ = probe.push(&sample);
+        began += u32::from(probe.began_afresh());
+    }
+    assert_eq!((began, probe.frozen_at_us()), (1, Some(40_000_000)));
+}
+
+#[test]
+fn a_sample_with_a_fault_is_not_used_and_the_next_is() {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&Config { sample_period_us: PERIOD_US as u32, ..Config::default() }).unwrap();
+    let unused = AttitudeFlags::FAULT
+        .union(AttitudeFlags::GYRO_HELD)
+        .union(AttitudeFlags::ACCEL_UNUSED)
+        .union(AttitudeFlags::MAG_UNUSED);
+    for (k, (mut sample, _)) in tumbling_with(12, 0.0).into_iter().enumerate() {
+        sample.flags.set(SampleFlags::FAULT, k == 1_000);
+        let attitude = probe.push(&sample).and_then(|output| output.attitude);
+        if k >= 990 {
+            let told = attitude.unwrap().flags & unused;
+            assert_eq!(told, if k == 1_000 { unused } else { AttitudeFlags::empty() }, "{k}");
+        }
+    }
 }

@@ -250,3 +250,22 @@ fn declination_turns_north_and_latitude_takes_out_the_earths_rotation() {
     }
     assert!(apart(last.unwrap().azimuth_rad.into(), 0.0).abs().to_degrees() < 0.3, "{last:?}");
 }
+
+/// Rotation of the earth in the body, against its closed form at the true attitude; zero without a latitude.
+#[test]
+fn the_earths_rotation_is_that_of_the_latitude_at_the_attitude() {
+    let mut noise = Noise::new(9);
+    for _ in 0..20 {
+        let [turn, tilt, lat] = [noise.normal(), noise.normal(), noise.normal()];
+        let latitude = (0.6 * lat).clamp(-1.4, 1.4);
+        for known in [Some(latitude as f32), None] {
+            let mut bench = Bench::new(&Earth { latitude_rad: known, ..Earth::default() });
+            bench.truth = Truth::at(90.0 * turn, 45.0 + 20.0 * tilt.clamp(-2.0, 2.0), 70.0 * lat);
+            bench.run(5.0, STILL, Some, Some);
+            let ned = Vector3::new(latitude.cos(), 0.0, -latitude.sin()) * 7.292_115e-5;
+            let expected = if known.is_some() { bench.truth.q.inverse() * ned } else { STILL };
+            let error = bench.filter.earth_rate_rad_s().cast::<f64>() - expected;
+            assert!(error.norm() < 0.03 * 7.292_115e-5, "{latitude} {known:?}: {error} {expected}");
+        }
+    }
+}
