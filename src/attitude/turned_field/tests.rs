@@ -16,8 +16,8 @@ fn noisy(random: &mut Xoshiro128PlusPlus, sigma_ut: f32) -> Vector3<f32> {
 
 /// Takes a field that was read so long after the one before.
 fn seen(turned: &mut TurnedField, field_ut: &Vector3<f32>, after_s: f32) -> bool {
-    turned.pass(0.3 * after_s);
-    turned.pass(0.7 * after_s);
+    // Nine samples without a field.
+    (0..10).for_each(|_| turned.pass(0.1 * after_s));
     turned.update(field_ut)
 }
 
