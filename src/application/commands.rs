@@ -4,7 +4,7 @@ use super::{Application, Board, Statics, log::info, memory::refusal, update};
 use crate::{
     config::{Config, ConfigError},
     sensors::MountingCheck,
-    storage::Image,
+    storage::{Image, NotDrilling},
     survey::StationaryState,
     telemetry::{
         Acknowledgement, Command, CommandCounters, CommandGate, CommandRefusal, CounterStore, EarlierModel, Erasure,
@@ -105,7 +105,10 @@ impl<B: Board> Application<'_, B> {
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
         if frame.kind == Kind::ImagePart.number() {
-            if let Some(answer) = update::take_part(&mut self.board, &frame) {
+            // A part that is no progress needs no key: its answer counts as one to a host without the key.
+            if let Some(answer) = update::take_part(&mut self.board, &frame)
+                && (answer.outcome == Outcome::Accepted || gate.may_answer(now_us))
+            {
                 line.acknowledge(now_us, &answer);
             }
             return true;
@@ -115,6 +118,14 @@ impl<B: Board> Application<'_, B> {
             Some(memory) => gate.judge(&frame, situation, *memory),
             None => gate.judge(&frame, situation, &mut NoCounter),
         };
+        // Somebody with the key found no room for the counter, also if the answer is spared: the next try finds it.
+        if let Some(memory) = memory
+            && memory.takes_lack_of_room()
+            && !drilling
+        {
+            // A flash that fails is told with the next try.
+            let _ = memory.prepare(NotDrilling::Command, &mut || self.board.feed_watchdog());
+        }
         let answer = match judgement {
             Judgement::Ignore => return true,
             Judgement::Refuse(answer) => answer,
@@ -161,7 +172,7 @@ impl<B: Board> Application<'_, B> {
             Command::Provision { record, only_check } => self.provision(record, *only_check)?,
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
-                memory.erase(probe.config(), || board.feed_watchdog()).map_err(refusal)?;
+                memory.erase(probe.config(), &mut || board.feed_watchdog()).map_err(refusal)?;
             }
             Command::RollBackModel { to: EarlierModel::Factory } => {
                 if let Some(memory) = memory {

@@ -31,6 +31,8 @@ pub struct Memory<F> {
     goes_on_after_s: Option<f32>,
     /// Reason of the model that is to be stored once the estimator's learnt state is written.
     reason: Option<StoreReason>,
+    /// True if a command's counter found no room.
+    lacks_room: bool,
 }
 
 impl<F: NorFlash> Memory<F> {
@@ -41,7 +43,7 @@ impl<F: NorFlash> Memory<F> {
     fn open(flash: F, config: &Config) -> Result<Self, StorageError<F::Error>> {
         let store = ModelStore::open(flash, Limits::new(config, &LIBRARY))?;
         let (gate, history) = afresh(config);
-        Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None })
+        Ok(Self { store, gate, history, restored: None, goes_on_after_s: None, reason: None, lacks_room: false })
     }
 
     /// Opens the ring and makes it ready, in the RAM of `place`. Call it before the first sample: it may have to
@@ -51,17 +53,18 @@ impl<F: NorFlash> Memory<F> {
         place: &'a mut MaybeUninit<Self>,
         flash: F,
         config: &Config,
-        feed: impl FnMut(),
+        mut feed: impl FnMut(),
     ) -> Option<&'a mut Self> {
         // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
         // failures.
         let memory = place.write(Self::open(flash, config).ok()?);
-        let _ = memory.prepare(NotDrilling::PowerUp, feed);
+        let _ = memory.prepare(NotDrilling::PowerUp, &mut feed);
         Some(memory)
     }
 
     /// Erases the sectors that have to be, at most one page between two calls of `feed`.
-    fn prepare(&mut self, why: NotDrilling, mut feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
+    #[inline(never)]
+    pub(super) fn prepare(&mut self, why: NotDrilling, feed: &mut dyn FnMut()) -> Result<(), StorageError<F::Error>> {
         for _ in 0..MOST_PREPARATIONS {
             feed();
             if let Preparation::Ready { .. } = self.store.prepare(why)? {
@@ -69,6 +72,11 @@ impl<F: NorFlash> Memory<F> {
             }
         }
         Err(StorageError::Full)
+    }
+
+    /// Returns true, once, if a command whose code was right found no room for its counter.
+    pub(super) const fn takes_lack_of_room(&mut self) -> bool {
+        core::mem::replace(&mut self.lacks_room, false)
     }
 
     /// Flies the stored model whose temperature is nearest to that of the first sample, which is not pushed yet.
@@ -263,7 +271,7 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Retires all stored models and erases their sectors; the next stable model is stored as the first.
-    pub(super) fn erase(&mut self, config: &Config, feed: impl FnMut()) -> Result<(), StorageError<F::Error>> {
+    pub(super) fn erase(&mut self, config: &Config, feed: &mut dyn FnMut()) -> Result<(), StorageError<F::Error>> {
         self.store.retire_models()?;
         self.gate = StabilityGate::new(&config.gyro, None);
         self.restored = None;
@@ -301,6 +309,8 @@ impl<F: NorFlash> CounterStore for Memory<F> {
     }
 
     fn store(&mut self, counter: u64) -> Result<(), Self::Error> {
-        self.store.store_counter(counter)
+        let stored = self.store.store_counter(counter);
+        self.lacks_room = matches!(stored, Err(StorageError::Full));
+        stored
     }
 }

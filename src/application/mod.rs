@@ -238,11 +238,11 @@ impl<'a, B: Board> Application<'a, B> {
                 news.remove(SurveyNews::TOOLFACE);
             }
             line.surveys(news);
-            if news.contains(SurveyNews::DOSE) {
+            if news.contains(SurveyNews::DOSE)
+                && let Some(memory) = memory
+            {
                 self.doses += 1;
-                if self.doses >= STORED_DOSES
-                    && let Some(memory) = memory
-                {
+                if self.doses >= STORED_DOSES {
                     self.doses = 0;
                     memory.keep_dose(surveyor.dose());
                 }
@@ -252,6 +252,8 @@ impl<'a, B: Board> Application<'a, B> {
         self.counts.processed = self.counts.processed.wrapping_add(1);
         if began_afresh {
             self.restarted();
+            // The sample itself is the first one.
+            self.first_sequence = acquired.sequence;
         }
         let budget = self.statics.probe.poll_budget_at(self.board.clock_hz());
         self.owed.add(budget);

@@ -67,8 +67,7 @@ impl Update {
     }
 }
 
-/// Takes a part of an image; returns the answer to it. Nothing answers a part that nobody with the key has announced,
-/// so that nobody else can fill the line with answers.
+/// Takes a part of an image; returns the answer to it. Nothing answers a part that nobody with the key has announced.
 #[inline(never)]
 pub(super) fn take_part<B: Board>(board: &mut B, frame: &Frame<'_>) -> Option<Acknowledgement> {
     let update = board.program_update().filter(|update| update.report().received.is_some())?;

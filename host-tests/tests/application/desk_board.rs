@@ -4,10 +4,10 @@
 use meerkat_mwd::{
     Config, Probe, Sample,
     application::{
-        Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, SampleConsumer,
-        SampleQueue, Settings, Stage, Statics, provision,
+        Acquired, Acquisition, AcquisitionCounts, Application, Board, Burst, Commands, Line, Memory, ProgramUpdate,
+        SampleConsumer, SampleQueue, Settings, Stage, Statics, Updater, provision,
     },
-    config::SurveyConfig,
+    config::{DynamicsConfig, SurveyConfig},
     storage::FactoryRecord,
     survey::Surveyor,
     telemetry::{CommandRefusal, FrameDecoder, MAX_DECODED, Message, ProbeId, ResetReason, StreamConfig},
@@ -15,6 +15,7 @@ use meerkat_mwd::{
 use mwd::target::mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
+use std::mem::MaybeUninit;
 
 pub const PROBE: ProbeId = ProbeId(*b"on some desk");
 pub const KEY: [u8; 32] = *b"a key that no probe has 32 bytes";
@@ -40,7 +41,16 @@ pub struct Desk {
     pub stamp: fn(u64) -> u64,
     /// Sample that the sensors read in the place of one at rest.
     pub reads: Box<dyn FnMut(Sample) -> Sample>,
+    /// Length of a window of drilling dynamics, seconds.
+    pub dynamics_s: f32,
+    /// Flash for stored models and the counter of commands.
+    pub flash: Option<MockFlash>,
+    /// Receiver of another program.
+    pub update: Option<Updater<Images>>,
 }
+
+/// Flash of two programs.
+pub type Images = MockFlash<4, 1_024>;
 
 impl Default for Desk {
     fn default() -> Self {
@@ -54,6 +64,9 @@ impl Default for Desk {
             line: Box::new(|_| None),
             stamp: |now_us| now_us,
             reads: Box::new(|at_rest| at_rest),
+            dynamics_s: DynamicsConfig::default().window_s,
+            flash: None,
+            update: None,
         }
     }
 }
@@ -86,9 +99,10 @@ struct Machine<'q> {
     seen: Seen,
 }
 
-/// Flies for a while, without a flash.
-pub fn fly(desk: Desk, seconds: u64) -> Seen {
-    let survey = SurveyConfig { settle_s: 1.0, average_s: 1.0, ..SurveyConfig::default() };
+/// Flies for a while.
+pub fn fly(mut desk: Desk, seconds: u64) -> Seen {
+    let dynamics = DynamicsConfig { window_s: desk.dynamics_s, ..DynamicsConfig::default() };
+    let survey = SurveyConfig { settle_s: 1.0, average_s: 1.0, dynamics, ..SurveyConfig::default() };
     let settings = Settings {
         config: Config { sample_period_us: desk.period_us as u32, ..Config::default() },
         survey,
@@ -99,6 +113,8 @@ pub fn fly(desk: Desk, seconds: u64) -> Seen {
     let counts = AcquisitionCounts::new();
     let mut queue = SampleQueue::new();
     let (producer, waiting) = queue.split();
+    let mut place = MaybeUninit::uninit();
+    let memory = desk.flash.take().and_then(|flash| Memory::start(&mut place, flash, &settings.config, || ()));
     let machine = Machine {
         desk,
         now_us: 0,
@@ -121,7 +137,7 @@ pub fn fly(desk: Desk, seconds: u64) -> Seen {
         burst: &mut burst,
         line: &mut line,
         commands: &mut commands,
-        memory: None,
+        memory,
     };
     let mut application = Application::start(machine, statics, &settings).unwrap();
     // After the first reset it is no longer this start.
@@ -225,6 +241,10 @@ impl Board for Machine<'_> {
 
     fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         provision(&mut self.factory, record, only_check)
+    }
+
+    fn program_update(&mut self) -> Option<&mut dyn ProgramUpdate> {
+        self.desk.update.as_mut().map(|update| update as &mut dyn ProgramUpdate)
     }
 
     fn stack_bytes(&self) -> [u32; 2] {

@@ -7,6 +7,7 @@ mod desk_board;
 #[allow(dead_code)]
 mod models;
 mod overload;
+mod owner;
 mod requests;
 mod self_test;
 mod start;

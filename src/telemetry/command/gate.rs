@@ -93,6 +93,11 @@ impl CommandGate {
         self.counters
     }
 
+    /// Returns true if one more answer may go to hosts without the key, and counts it.
+    pub fn may_answer(&mut self, now_us: u64) -> bool {
+        self.answers.take(&ANSWERS, now_us)
+    }
+
     /// Judges a frame whose CRC was right.
     ///
     /// An authentic command with a new counter uses the counter up, even if it is then refused: a command that was
@@ -108,7 +113,7 @@ impl CommandGate {
             _ => Err(CommandRefusal::Malformed),
         };
         let is_owners = matches!(bytes, Ok((_, true)));
-        if !is_owners && !self.answers.take(&ANSWERS, situation.now_us) {
+        if !is_owners && !self.may_answer(situation.now_us) {
             self.counters.refused = self.counters.refused.saturating_add(1);
             return Judgement::Ignore;
         }

@@ -1,0 +1,122 @@
+//! Commands of an owner to a probe that drills, that is flooded, or that drills for a day.
+
+use super::desk_board::{Desk, Images, KEY, PROBE, fly};
+use meerkat_mwd::{
+    Sample,
+    application::Updater,
+    storage::{ImageSlots, Slot},
+    telemetry::{
+        Command, CommandRefusal, ImagePart, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, authenticate,
+        encode_frame, encode_payload,
+    },
+};
+use mwd::target::mock_flash::MockFlash;
+
+/// A command with the key; its sequence number is its counter.
+fn signed(counter: u16, command: &Command) -> Vec<u8> {
+    let (mut payload, mut buffer) = ([0; MAX_PAYLOAD], [0; MAX_FRAME]);
+    let key = Key::new(&KEY, PROBE).unwrap();
+    let payload = authenticate(&key, counter.into(), command, &mut payload).unwrap();
+    encode_frame(Kind::AuthenticatedCommand, counter, payload, &mut buffer).unwrap().to_vec()
+}
+
+/// The probe's answer to the command of this sequence number, and when it had left.
+fn answer(messages: &[(u64, Message)], sequence: u16) -> Option<(u64, Outcome)> {
+    messages.iter().find_map(|(us, message)| match message {
+        Message::Acknowledgement(answer) if answer.sequence == sequence => Some((*us, answer.outcome.clone())),
+        _ => None,
+    })
+}
+
+/// Counters of refused commands fill the flash while the tool turns, where nothing may be erased. Once it stands still
+/// the first refusal makes room, and the owner is heard again.
+#[test]
+fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
+    const TURNS_UNTIL_US: u64 = 20_000_000;
+    const COMMANDS: u16 = 900;
+    let mut frames: Vec<(u64, Vec<u8>)> =
+        (1..=COMMANDS).map(|n| (1_000_000 + u64::from(n) * 20_000, signed(n, &Command::SendVibration))).collect();
+    frames.push((25_000_000, signed(COMMANDS + 1, &Command::SendVibration)));
+    frames.push((26_000_000, signed(COMMANDS + 2, &Command::SendVibration)));
+    let mut bytes = frames.into_iter().flat_map(|(us, frame)| frame.into_iter().map(move |byte| (us, byte))).peekable();
+    let reads = |at_rest: Sample| {
+        let rate = if at_rest.t_us < TURNS_UNTIL_US { 1.0 } else { 0.0 };
+        Sample { gyro_rad_s: at_rest.gyro_rad_s.map(|x| x + rate), ..at_rest }
+    };
+    let seen = fly(
+        Desk {
+            line: Box::new(move |now_us| bytes.next_if(|(us, _)| *us <= now_us).map(|(_, byte)| byte)),
+            reads: Box::new(reads),
+            flash: Some(MockFlash::new(3, 2)),
+            ..Desk::default()
+        },
+        28,
+    );
+    let outcome = |sequence| answer(&seen.messages, sequence).map(|(_, outcome)| outcome);
+    let refused = |why| Some(Outcome::Refused(why));
+    assert_eq!(outcome(100), refused(CommandRefusal::WhileDrilling));
+    // Most of these are not answered: without a counter of its own a command that somebody repeats is like any other's.
+    let answers = (101..=COMMANDS).filter_map(outcome);
+    let full = answers.filter(|outcome| *outcome == Outcome::Refused(CommandRefusal::CounterNotStored)).count();
+    assert!(full > 10, "no room is left: {full}");
+    assert_eq!(outcome(COMMANDS + 1), refused(CommandRefusal::CounterNotStored));
+    assert_eq!(outcome(COMMANDS + 2), Some(Outcome::Accepted));
+}
+
+/// Parts of an image that are not the next one, as fast as the probe takes them, on a slow line: their answers neither
+/// keep the owner's from it nor the health.
+#[test]
+fn a_flood_of_wrong_parts_drowns_neither_answers_nor_health() {
+    const FLOOD_US: u64 = 6_000_000;
+    const STOP_US: u64 = 12_000_000;
+    let image = Command::BeginUpdate { number: 1, length: 1_000, digest: [7; 32] };
+    let (mut payload, mut buffer) = ([0; MAX_PAYLOAD], [0; MAX_FRAME]);
+    let part = encode_payload(&ImagePart { offset: 320, bytes: &[1; 32] }, &mut payload).unwrap();
+    let part = encode_frame(Kind::ImagePart, 500, part, &mut buffer).unwrap().to_vec();
+    let mut waiting = [(4_000_000, signed(1, &image)), (STOP_US, signed(2, &Command::StopRecording))].into_iter();
+    let (mut next, mut frame) = (waiting.next(), Vec::new().into_iter());
+    let line = move |now_us| {
+        if frame.as_slice().is_empty() {
+            if let Some((_, bytes)) = next.take_if(|(us, _)| *us <= now_us) {
+                (next, frame) = (waiting.next(), bytes.into_iter());
+            } else if now_us > FLOOD_US {
+                frame = part.clone().into_iter();
+            }
+        }
+        frame.next()
+    };
+    let update = Updater::new(ImageSlots::new(Images::new(4, 3)).unwrap(), Slot::First);
+    let seen = fly(
+        Desk {
+            line: Box::new(line),
+            bytes_per_s: 1_000,
+            flash: Some(MockFlash::new(3, 2)),
+            update: Some(update),
+            ..Desk::default()
+        },
+        24,
+    );
+    assert_eq!(answer(&seen.messages, 1).map(|(_, outcome)| outcome), Some(Outcome::Accepted));
+    let stopped = answer(&seen.messages, 2);
+    assert!(stopped.as_ref().is_some_and(|(us, _)| *us < STOP_US + 2_000_000), "{stopped:?}");
+    let of_parts = seen.messages.iter().filter(|(_, message)| match message {
+        Message::Acknowledgement(answer) => answer.sequence == 500,
+        _ => false,
+    });
+    let (of_parts, flooded_s) = (of_parts.count() as u64, 24 - FLOOD_US / 1_000_000);
+    assert!((1..=8 + 4 * flooded_s).contains(&of_parts), "{of_parts} answers");
+    let health = seen
+        .messages
+        .iter()
+        .filter(|(us, message)| *us > FLOOD_US + 1_000_000 && matches!(message, Message::Health(_)));
+    assert!(health.count() >= 3);
+}
+
+/// More reports of the vibration dose than a byte counts, on a probe without a flash to keep them in.
+#[test]
+fn a_day_of_doses_without_a_flash_ends_nothing() {
+    let desk = Desk { period_us: 20_000, dynamics_s: 0.2, ..Desk::default() };
+    let seen = fly(desk, 640);
+    let doses = seen.messages.iter().filter(|(_, message)| matches!(message, Message::Dose(_))).count();
+    assert!(doses > 256 && seen.resets == 0, "{doses}");
+}
