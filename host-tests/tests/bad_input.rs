@@ -1,5 +1,5 @@
-//! Traces that cannot be read: each error names file, line and column, and the program ends with status 2.
-#![allow(clippy::unwrap_used, missing_docs)]
+//! Traces and configurations that cannot be used: each error names what, and where; the program ends with status 2.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
     fs,
@@ -9,6 +9,10 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
+use meerkat_mwd::{
+    Config,
+    config::{FullScale, Latency},
+};
 use mwd::trace::Trace;
 use tempfile::TempDir;
 
@@ -274,4 +278,48 @@ fn a_time_that_jumps_ahead_is_dropped_with_its_row_alone() {
         .collect();
     let trace = Trace::of_bytes(format!("{HEADER}\n{after}").as_bytes()).unwrap();
     assert_eq!((trace.len(), trace.dropped.all(), trace.facts().gaps), (400, 0, 1));
+}
+
+/// Replaces the `left`-th float of a value by NaN. Returns its path, and counts down the floats before it.
+fn spoil(value: &mut toml::Value, path: &str, left: &mut usize) -> Option<String> {
+    match value {
+        toml::Value::Float(float) if *left == 0 => {
+            *float = f64::NAN;
+            Some(path.to_owned())
+        }
+        toml::Value::Float(_) => {
+            *left -= 1;
+            None
+        }
+        toml::Value::Array(elements) => elements.iter_mut().find_map(|element| spoil(element, path, left)),
+        toml::Value::Table(table) => table.iter_mut().find_map(|(key, value)| {
+            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            spoil(value, &path, left)
+        }),
+        _ => None,
+    }
+}
+
+#[test]
+fn every_number_of_a_configuration_that_is_none_is_refused_by_its_name() {
+    let mut config = Config::default();
+    config.full_scale = FullScale { gyro_rad_s: Some(30.0), accel_m_s2: Some(150.0), mag_ut: Some(800.0) };
+    config.latency = Latency { gyro_s: Some(0.01), accel_s: Some(0.01), mag_s: Some(0.01) };
+    let earth = &mut config.earth;
+    (earth.magnetic_field_ut, earth.dip_rad) = (Some(50.0), Some(1.0));
+    (earth.declination_rad, earth.latitude_rad) = (Some(0.1), Some(0.8));
+    config.survey.grid_convergence_rad = Some(0.1);
+    assert_eq!(config.validate(), Ok(()));
+    let sound = toml::Value::try_from(config).unwrap();
+    let mut count = 0;
+    loop {
+        let (mut spoilt, mut left) = (sound.clone(), count);
+        let Some(path) = spoil(&mut spoilt, "", &mut left) else { break };
+        let config: Config = spoilt.try_into().unwrap();
+        let error = config.validate().err().unwrap_or_else(|| panic!("{path} may be NaN"));
+        assert!(path == error.field || path.starts_with(&format!("{}.", error.field)), "{path}: {}", error.field);
+        count += 1;
+    }
+    // Twelve and twice twelve of the three models, and the settings.
+    assert!(count > 36 + 50, "{count}");
 }

@@ -357,7 +357,7 @@ impl<'a, B: Board> Application<'a, B> {
 
 /// State that a test without hardware reads, beside the frames that are sent.
 impl<'a, B: Board> Application<'a, B> {
-    /// The board that it runs on.
+    /// Returns the board on which the application runs.
     pub const fn board(&mut self) -> &mut B {
         &mut self.board
     }

@@ -415,7 +415,7 @@ impl AttitudeFilter {
         self.heading.relearn_reference();
     }
 
-    /// Returns true from a swap that showed the former gyro model wrong, and so the attitude, until
+    /// Returns true while the attitude is doubted: from a change of the gyro model that showed the former one wrong until
     /// [`AttitudeFilter::compare`].
     pub(crate) const fn is_doubted(&self) -> bool {
         self.is_doubted

@@ -9,8 +9,8 @@ pub enum Conversions {
     /// samples is on the straight line between them.
     #[default]
     AtItsRate,
-    /// Once with every sample that is played, whatever the rate in the registers (powered down it converts nothing): a
-    /// recording was itself sampled by a part, at these instants, and is handed on without a second sampling.
+    /// Once with every sample that is played, whatever the rate in the registers; powered down, never. A recording was
+    /// sampled by a part already, so that its samples pass unchanged.
     WithEverySample,
 }
 

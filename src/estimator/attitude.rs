@@ -32,16 +32,16 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.intake.ask(Item::Look);
     }
 
-    /// Attitude that [`Estimator::look`] asked for last; `None` until [`Estimator::step`] has worked up to its time,
-    /// and if the attitude or its heading is unknown there.
+    /// Attitude for the latest call of [`Estimator::look`]; `None` until [`Estimator::step`] has worked up to that call,
+    /// and if attitude or heading is unknown there.
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.known_attitude.first()
     }
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
-    /// Attitude at the end of the latest increment, which may still wait for its successor; `None` if it or its heading
-    /// is unknown.
+    /// Attitude at the end of the latest increment, even if that increment still waits for its successor; `None` if the
+    /// attitude or its heading is unknown.
     pub(super) fn attitude(&self) -> Option<KnownAttitude> {
         let field = self.node.field;
         let level = field.x * field.x + field.y * field.y;

@@ -31,7 +31,7 @@ impl<T: Real> Intake<T> {
         }
     }
 
-    /// Starts afresh from a configuration.
+    /// Clears the queue, and composes increments with the factory's gyro model from now on.
     pub fn start(&mut self, settings: &Settings) {
         (self.last_us, self.waited_s) = (None, 0.0);
         self.waiting.clear();
@@ -61,7 +61,7 @@ impl<T: Real> Intake<T> {
         }
     }
 
-    /// Puts a request behind all samples so far.
+    /// Queues a request; it is answered after all samples that are queued already.
     pub fn ask(&mut self, request: Item<T>) {
         self.waiting.push(request);
     }
@@ -76,7 +76,7 @@ impl<T: Real> Intake<T> {
         self.builder.seconds()
     }
 
-    /// Number of items that found no room.
+    /// Number of increments and requests that were dropped because the queue was full.
     pub const fn lost(&self) -> u32 {
         self.waiting.lost
     }

@@ -27,7 +27,7 @@ pub struct LearntHead {
     pub motion_s: f32,
 }
 
-/// State of the filter between two of its updates.
+/// Learnt state of the filter, to be read while no update is under way.
 #[derive(Clone, Copy)]
 pub struct Learnt<'a> {
     /// Head of the numbers.
@@ -132,7 +132,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         }
     }
 
-    /// Forgets the numbers that were set.
+    /// Resets the globals to their prior, so that numbers that were set no longer count.
     pub fn drop_learnt(&mut self) {
         self.filter.globals.start();
     }

@@ -81,9 +81,10 @@ pub(crate) struct HardIronWatch {
     earth: FieldFilter,
     /// Angle turned since the start, at most [`TOLD_RAD`], radians.
     turned_rad: f32,
-    /// Consecutive nodes with innovations exceeded by chance less than once in a hundred.
+    /// Consecutive nodes whose innovation is so large that chance exceeds it less than once in a hundred.
     unlikely: u8,
-    /// Consecutive nodes with innovations exceeded by chance more than once in a thousand, at most [`STEADY_NODES`].
+    /// Consecutive nodes whose innovation is so small that chance exceeds it more than once in a thousand, at most
+    /// [`STEADY_NODES`].
     calm: u8,
     suspicion: Suspicion,
     offsets: Offsets,

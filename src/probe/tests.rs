@@ -1,4 +1,5 @@
-//! Tests that a probe configured again gives the same outputs as a new one.
+//! A probe that is configured again gives the outputs of a new one; lost samples, another library, and since when a model
+//! flies.
 
 extern crate std;
 

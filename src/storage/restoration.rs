@@ -46,7 +46,7 @@ pub enum Outcome {
     AllRetired,
     /// The stored models have a layout that a later firmware wrote.
     FromTheFuture,
-    /// No stored model may fly: the reason for the first.
+    /// Every stored model is implausible; the reason for the first of them.
     Implausible(Implausible),
 }
 

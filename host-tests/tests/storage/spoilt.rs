@@ -3,7 +3,7 @@
 use super::models::{Chip, Dice, KIB, Store, TEMPERATURES_C, limits, open, prepare};
 use meerkat_mwd::{
     Config,
-    compensation::{Effect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
+    compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
     storage::{Implausible, Limits, ModelStore, NotDrilling, Outcome, StorageError, StoredModel},
 };
 use mwd::target::mock_flash::MockFlash;
@@ -94,6 +94,9 @@ fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_written() {
     assert!(matches!(reason(&|m| m.gyro.b_rad_s[2] = 0.2), Implausible::Bias { axis: 2, .. }));
     assert_eq!(reason(&|m| m.sigma[7] = -1e-9), Implausible::Sigma { index: 7 });
     assert_eq!(reason(&|m| m.sigma[11] = f32::NAN), Implausible::Sigma { index: 11 });
+    // A deviation beyond what the element may be off by (0.3 on P's diagonal, 0.15 off it) tells nothing of it.
+    assert_eq!(reason(&|m| m.sigma[0] = 0.31), Implausible::Sigma { index: 0 });
+    assert_eq!(reason(&|m| m.sigma[9] = f32::INFINITY), Implausible::Sigma { index: 9 });
     assert_eq!(reason(&|m| m.temperature_c = Some([30.0, 20.0])), Implausible::Temperature);
     assert_eq!(reason(&|m| m.temperature_c = Some([30.0, 2000.0])), Implausible::Temperature);
     assert_eq!(reason(&|m| m.library ^= 1), Implausible::OtherLibrary);
@@ -105,18 +108,29 @@ fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_written() {
         }),
         Implausible::Effect { index, parameter: None }
     );
-    let beyond = |value: f32| {
+    let with_first = |change: fn(&mut FoundEffect)| {
         move |m: &mut StoredModel| {
-            let mut effects = meerkat_mwd::compensation::ActiveEffects::none();
+            let mut effects = ActiveEffects::none();
             for mut found in m.effects.iter().copied() {
-                found.parameters[0] = value * LIBRARY[usize::from(found.index)].parameters()[0].largest;
+                change(&mut found);
                 effects.add(found);
             }
             m.effects = effects;
         }
     };
-    assert_eq!(reason(&beyond(1.01)), Implausible::Effect { index, parameter: Some(0) });
-    assert_eq!(reason(&beyond(f32::NAN)), Implausible::Effect { index, parameter: Some(0) });
+    fn largest(found: &FoundEffect) -> f32 {
+        LIBRARY[usize::from(found.index)].parameters()[0].largest
+    }
+    let of = |parameter: u8| Implausible::Effect { index, parameter: Some(parameter) };
+    assert_eq!(reason(&with_first(|found| found.parameters[0] = 1.01 * largest(found))), of(0));
+    assert_eq!(reason(&with_first(|found| found.parameters[0] = f32::NAN)), of(0));
+    assert_eq!(reason(&with_first(|found| found.sigma[0] = f32::NAN)), of(0));
+    assert_eq!(reason(&with_first(|found| found.sigma[0] = -1.0)), of(0));
+    // What an effect has no parameter for.
+    let count = LIBRARY[usize::from(index)].parameters().len();
+    if count < 9 {
+        assert_eq!(reason(&with_first(|found| found.parameters[8] = 1.0)), of(8));
+    }
     assert!(store.store_model(&good).is_ok());
 }
 

@@ -78,6 +78,29 @@ fn magnetic_and_true_azimuth_come_apart_again_and_totals_are_the_fields() {
     assert!((survey.true_azimuth_rad.unwrap().sigma / sigma - 1.0).abs() < 1e-3);
 }
 
+/// Before a field has given the heading, the filter counts it from somewhere: no azimuth is told, from no north, and no
+/// magnetic toolface.
+#[test]
+fn a_heading_that_no_field_has_given_is_not_told() {
+    let (earth, config) = (Earth { declination_rad: Some(0.1), ..Earth::default() }, SurveyConfig::default());
+    for (inclination, near_vertical) in [(0.8, false), (0.02, true)] {
+        for is_known in [true, false] {
+            let (mut attitude, _) = attitude(0.05, inclination, 2.0, near_vertical);
+            attitude.flags.set(AttitudeFlags::NO_HEADING, !is_known);
+            let mut continuous = Continuous::new();
+            for k in 0..400_u64 {
+                let force_m_s2 = Some([0.0, 0.0, -9.8]);
+                let input =
+                    SurveyInput { t_us: k * 5_000, force_m_s2, attitude: Some(attitude), ..SurveyInput::default() };
+                continuous.push(&input, 0.005);
+            }
+            let survey = continuous.survey(ToolfaceSwitch::new(), false, (&earth, &config)).unwrap();
+            let told = [survey.magnetic_azimuth_rad, survey.true_azimuth_rad].map(|azimuth| azimuth.is_some());
+            assert_eq!(told, [is_known; 2], "{inclination}");
+        }
+    }
+}
+
 #[test]
 fn what_is_no_longer_read_is_no_longer_told() {
     let (earth, config) = (Earth::default(), SurveyConfig::default());
