@@ -15,6 +15,7 @@ use meerkat_mwd::{
     storage::{StoreReason, StoredModel, fingerprint},
 };
 use mwd::{
+    flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::{Keys, Trace},
 };
@@ -293,7 +294,7 @@ fn p_and_b_at_the_end_are_those_that_flew() {
         gyro,
         sigma: [0.005; 12],
         effects: ActiveEffects::none(),
-        library: fingerprint(&LIBRARY),
+        library: fingerprint(&LIBRARY, &of_trace(&trace)),
         temperature_c: None,
         t_us: 1_000_000,
         reason: StoreReason::Command,

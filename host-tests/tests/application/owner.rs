@@ -28,11 +28,11 @@ fn answer(messages: &[(u64, Message)], sequence: u16) -> Option<(u64, Outcome)> 
     })
 }
 
-/// Counters of refused commands fill the flash while the tool turns, where nothing may be erased. Once it stands still
+/// Counters of refused commands fill the flash while the tool drills, where nothing may be erased. Once it stands still
 /// the first refusal makes room, and the owner is heard again.
 #[test]
 fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
-    const TURNS_UNTIL_US: u64 = 20_000_000;
+    const SHAKES_UNTIL_US: u64 = 20_000_000;
     const COMMANDS: u16 = 900;
     let mut frames: Vec<(u64, Vec<u8>)> =
         (1..=COMMANDS).map(|n| (1_000_000 + u64::from(n) * 20_000, signed(n, &Command::SendVibration))).collect();
@@ -40,8 +40,10 @@ fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
     frames.push((26_000_000, signed(COMMANDS + 2, &Command::SendVibration)));
     let mut bytes = frames.into_iter().flat_map(|(us, frame)| frame.into_iter().map(move |byte| (us, byte))).peekable();
     let reads = |at_rest: Sample| {
-        let rate = if at_rest.t_us < TURNS_UNTIL_US { 1.0 } else { 0.0 };
-        Sample { gyro_rad_s: at_rest.gyro_rad_s.map(|x| x + rate), ..at_rest }
+        // It shakes: a turn that force and field do not show would be a fault of the gyro.
+        let shaken = if at_rest.t_us >= SHAKES_UNTIL_US { 0.0 } else { 4.0 };
+        let shaken = if at_rest.t_us / 10_000 % 2 == 0 { shaken } else { -shaken };
+        Sample { accel_m_s2: at_rest.accel_m_s2.map(|x| x + shaken), ..at_rest }
     };
     let seen = fly(
         Desk {
