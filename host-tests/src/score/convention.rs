@@ -99,7 +99,7 @@ mod tests {
             let a = 0.05 * f64::from(k);
             let to_ned = UnitQuaternion::from_euler_angles(a, 0.7 * a.sin(), 0.3 * a);
             let force = to_ned.inverse_transform_vector(&Vector3::new(0.0, 0.0, -9.81)).cast::<f32>();
-            trace.samples.push(Sample { t_us: u64::from(k) * 5_000, accel_m_s2: force.into(), ..Sample::default() });
+            trace.samples.push(Sample { t_us: u64::from(k) * 150_000, accel_m_s2: force.into(), ..Sample::default() });
             let q = frame.to_ned().inverse() * to_ned;
             let q = if is_conjugate { q.inverse() } else { q };
             trace.reference.push(Some([q.w, q.i, q.j, q.k]));
