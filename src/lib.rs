@@ -89,6 +89,7 @@ mod algebra;
 mod change;
 pub mod config;
 pub mod equations; // documentation: the paper's equations, each with our reading
+mod fingerprint;
 mod rotation;
 mod statistics;
 mod time_step;

@@ -8,7 +8,7 @@ use super::{
     filter::Task,
     globals::Globals,
 };
-use crate::config::Config;
+use crate::{config::Config, fingerprint::Fingerprint};
 
 /// Count of the exported numbers: the mean, then the triangular root.
 pub const NUMBERS: usize = GLOBALS * (GLOBALS + 1) / 2 + GLOBALS;
@@ -56,21 +56,22 @@ impl LearntHead {
     #[must_use]
     pub fn fingerprint(config: &Config) -> u32 {
         let settings = super::Settings::new(config);
-        let counts = [LAYOUT, GLOBALS as u32, NUISANCES as u32, config.sample_period_us];
-        // FNV-1a: it is to show differences, not to withstand an attack.
-        let add = |hash: u32, word: u32| {
-            word.to_le_bytes().iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
-        };
-        let hash = counts.into_iter().fold(0x811C_9DC5, add);
-        let noise = &settings.noise;
-        let latency = &config.latency;
-        let late = [latency.gyro_s, latency.accel_s, latency.mag_s].map(|late| late.unwrap_or(-1.0));
-        let motion = [noise.rotation_rad_rts, noise.field_share, noise.p_walk_rts, noise.position_m];
-        let models =
-            [&config.accel, &config.mag].into_iter().flat_map(|m| m.matrix.as_flattened().iter().chain(&m.offset));
-        let gyro = config.gyro.p.as_flattened().iter().chain(&config.gyro.b_rad_s);
-        let numbers = settings.sigma.iter().chain(&motion).chain(&late).chain([&settings.gravity_m_s2]);
-        numbers.chain(gyro).chain(models).fold(hash, |hash, x| add(hash, x.to_bits()))
+        let mut print = Fingerprint::new();
+        for count in [LAYOUT, GLOBALS as u32, NUISANCES as u32, config.sample_period_us] {
+            print.bytes(&count.to_le_bytes());
+        }
+        let (noise, latency) = (&settings.noise, &config.latency);
+        print.numbers(&settings.sigma);
+        print.numbers(&[noise.rotation_rad_rts, noise.field_share, noise.p_walk_rts, noise.position_m]);
+        print.numbers(&[latency.gyro_s, latency.accel_s, latency.mag_s].map(|late| late.unwrap_or(-1.0)));
+        print.numbers(&[settings.gravity_m_s2]);
+        print.numbers(config.gyro.p.as_flattened());
+        print.numbers(&config.gyro.b_rad_s);
+        for model in [&config.accel, &config.mag] {
+            print.numbers(model.matrix.as_flattened());
+            print.numbers(&model.offset);
+        }
+        print.value()
     }
 }
 

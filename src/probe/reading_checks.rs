@@ -119,6 +119,7 @@ impl ReadingChecks {
     }
 
     /// Returns true if force or field has turned in the body since an axis of the gyro began to repeat itself.
+    #[inline(never)]
     fn has_turned_unseen(&mut self, sample: &Sample) -> bool {
         let axes = self.staleness.gyro.repeats(sample.gyro_rad_s);
         let going_on = self.repeating & axes;

@@ -4,6 +4,7 @@ use super::little_endian::{Reader, Writer};
 use crate::{
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE},
     config::Config,
+    fingerprint::Fingerprint,
 };
 
 /// Version of the payload's layout that this firmware writes. It also reads version 1, which has two numbers more.
@@ -51,15 +52,19 @@ pub enum StoreReason {
 #[must_use]
 #[inline(never)]
 pub fn fingerprint(library: &[&dyn Effect], config: &Config) -> u32 {
-    // FNV-1a is enough: it has to show a change, not to resist an attack.
-    let add = |hash: u32, byte: u8| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193);
-    let names = library.iter().flat_map(|effect| effect.name().bytes().chain([0])).fold(0x811C_9DC5, add);
+    let mut print = Fingerprint::new();
+    for effect in library {
+        print.bytes(effect.name().as_bytes());
+        print.bytes(&[0]);
+    }
     let (accel, mag, latency) = (&config.accel, &config.mag, &config.latency);
+    for model in [accel, mag] {
+        print.numbers(model.matrix.as_flattened());
+        print.numbers(&model.offset);
+    }
     // Minus one is no latency: one that is not known is another than zero.
-    let late = [latency.gyro_s, latency.accel_s, latency.mag_s].map(|late_s| late_s.unwrap_or(-1.0));
-    let vectors = [&accel.matrix, &mag.matrix].into_iter().flatten();
-    let numbers = vectors.chain([&accel.offset, &mag.offset, &late]).flatten();
-    numbers.fold(names, |hash, x| x.to_bits().to_le_bytes().into_iter().fold(hash, add))
+    print.numbers(&[latency.gyro_s, latency.accel_s, latency.mag_s].map(|late_s| late_s.unwrap_or(-1.0)));
+    print.value()
 }
 
 impl StoredModel {
