@@ -9,7 +9,7 @@ use super::{
     tilt::FORCE_SIGMA_RAD,
     turned_field::TurnedField,
 };
-use crate::{rotation::sine_and_cosine, statistics::chi_square::OF_ONE_IN_A_THOUSAND};
+use crate::{rotation::sine_and_cosine, statistics::chi_square::OF_ONE_IN_A_MILLION};
 use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
@@ -70,14 +70,16 @@ impl Agreement {
     }
 
     /// Returns true if the force's part along the field is not gravity's: further from it than the tolerance of the dip
-    /// and shaking of this spectral density, (m/s^2)^2/Hz, explain. On a drill string no acceleration lasts for half a
-    /// second, so that force or field is wrong, whatever the attitude is.
+    /// and shaking of this spectral density, (m/s^2)^2/Hz, explain together. On a drill string no acceleration
+    /// lasts for half a second, so that force or field is wrong, whatever the attitude is.
     pub(super) fn force_contradicts_field(&self, heading: &Heading, density: f32, settings: &Settings) -> bool {
         let (_, sine, cosine) = heading.reference().dip();
-        let off = self.long_along_field_m_s2 / settings.earth.gravity_m_s2 + sine;
+        let gravity_m_s2 = settings.earth.gravity_m_s2;
+        let off_m_s2 = libm::fabsf(self.long_along_field_m_s2 + sine * gravity_m_s2);
         let tolerance = settings.config.mag_dip_tolerance_rad * slope_of_dip(cosine, settings);
-        let shaking = 0.5 * density / (STRAIGHT_S * settings.earth.gravity_m_s2 * settings.earth.gravity_m_s2);
-        settings.goes_round && off * off > tolerance * tolerance + OF_ONE_IN_A_THOUSAND * shaking
+        // It is asked twenty times a second, and the shaking is known to a third: chance has to be rare.
+        let shaking = libm::sqrtf(OF_ONE_IN_A_MILLION * 0.5 * density / STRAIGHT_S);
+        settings.goes_round && off_m_s2 > tolerance * gravity_m_s2 + shaking
     }
 
     /// Process noise of the attitude over a step, rad^2, while the gyro is mistrusted.

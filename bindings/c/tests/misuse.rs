@@ -209,7 +209,7 @@ fn the_filter_alone_is_told_which_delays_are_known() {
             assert_eq!(mwd_attitude_filter_init(start, MWD_ATTITUDE_FILTER_SIZE, &mut filter), MwdStatus::Ok);
             assert_eq!(mwd_attitude_filter_start(filter, &config), MwdStatus::Ok);
             for k in 0..3_000_u16 {
-                let (sine, cosine) = (f32::from(k) * 0.005 * 2.0).sin_cos();
+                let (sine, cosine) = libm::sincosf(f32::from(k) * 0.005 * 2.0);
                 // Horizontal, and turning about its axis.
                 let rate = [0.0, 0.0, 2.0];
                 let turned = |[x, y, z]: [f32; 3]| [x * cosine + y * sine, y * cosine - x * sine, z];
