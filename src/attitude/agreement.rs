@@ -9,15 +9,11 @@ use super::{
     tilt::FORCE_SIGMA_RAD,
     turned_field::TurnedField,
 };
-use crate::{rotation::sine_and_cosine, statistics::chi_square::OF_ONE_IN_A_MILLION};
+use crate::rotation::sine_and_cosine;
 use nalgebra::Vector3;
 
 /// Smoothing of force and field, seconds: several periods of a vibration of 10 Hz and more.
 const SMOOTHING_S: f32 = 0.1;
-/// Smoothing over which no acceleration of a drill string lasts, seconds: as that of the force that may lean.
-const STRAIGHT_S: f32 = 0.5;
-/// Least mean field that has a direction, microtesla.
-const LEAST_FIELD_UT: f32 = 0.1;
 /// Tolerance of the force's norm against gravity, relative: five times [`FORCE_SIGMA_RAD`].
 const NORM_TOLERANCE: f32 = 0.25;
 /// Limit of the angle between gravity or field as read and as the attitude predicts it, in standard deviations: chance
@@ -36,11 +32,10 @@ const MISTRUST_S: f32 = 1.0;
 pub(super) struct Agreement {
     /// Smoothed force, NED.
     force_m_s2: Vector3<f32>,
-    /// Smoothed part of the force along the field, m/s^2; the same over [`STRAIGHT_S`]; smoothed square of the force.
-    /// None of the three depends on the attitude.
-    along_field_m_s2: f32,
-    long_along_field_m_s2: f32,
+    /// Smoothed dot product of force and field, and the square of each: none of the three depends on the attitude.
+    product: f32,
     square_force: f32,
+    square_field: f32,
     /// Apparent error of the gyro, rad/s.
     mistrust_rad_s: f32,
 }
@@ -49,9 +44,9 @@ impl Agreement {
     pub(super) const fn new() -> Self {
         Self {
             force_m_s2: Vector3::new(0.0, 0.0, 0.0),
-            along_field_m_s2: 0.0,
-            long_along_field_m_s2: 0.0,
+            product: 0.0,
             square_force: 0.0,
+            square_field: 0.0,
             mistrust_rad_s: 0.0,
         }
     }
@@ -61,25 +56,9 @@ impl Agreement {
         let weight = time_s / (SMOOTHING_S + time_s);
         self.force_m_s2 += (force - self.force_m_s2) * weight;
         let Some(field) = field else { return };
-        let norm_ut = libm::sqrtf(field.norm_squared());
-        // A mean over a step in which the field turned round has no direction.
-        let along = if norm_ut > LEAST_FIELD_UT { force.dot(field) / norm_ut } else { 0.0 };
-        self.along_field_m_s2 += (along - self.along_field_m_s2) * weight;
-        self.long_along_field_m_s2 += (along - self.long_along_field_m_s2) * (time_s / (STRAIGHT_S + time_s));
+        self.product += (force.dot(field) - self.product) * weight;
         self.square_force += (force.norm_squared() - self.square_force) * weight;
-    }
-
-    /// Returns true if the force's part along the field is not gravity's: further from it than the tolerance of the dip
-    /// and shaking of this spectral density, (m/s^2)^2/Hz, explain together. On a drill string no acceleration
-    /// lasts for half a second, so that force or field is wrong, whatever the attitude is.
-    pub(super) fn force_contradicts_field(&self, heading: &Heading, density: f32, settings: &Settings) -> bool {
-        let (_, sine, cosine) = heading.reference().dip();
-        let gravity_m_s2 = settings.earth.gravity_m_s2;
-        let off_m_s2 = libm::fabsf(self.long_along_field_m_s2 + sine * gravity_m_s2);
-        let tolerance = settings.config.mag_dip_tolerance_rad * slope_of_dip(cosine, settings);
-        // It is asked twenty times a second, and the shaking is known to a third: chance has to be rare.
-        let shaking = libm::sqrtf(OF_ONE_IN_A_MILLION * 0.5 * density / STRAIGHT_S);
-        settings.goes_round && off_m_s2 > tolerance * gravity_m_s2 + shaking
+        self.square_field += (field.norm_squared() - self.square_field) * weight;
     }
 
     /// Process noise of the attitude over a step, rad^2, while the gyro is mistrusted.
@@ -89,10 +68,10 @@ impl Agreement {
     }
 
     /// Sine of the field's dip below the level that the force shows; `None` if either has not the expected norm.
-    fn sine_of_dip(&self, field: &Vector3<f32>, norm_ut: f32, tolerance: f32, gravity_m_s2: f32) -> Option<f32> {
-        let (force, field) = (libm::sqrtf(self.square_force), libm::sqrtf(field.norm_squared()));
+    fn sine_of_dip(&self, norm_ut: f32, tolerance: f32, gravity_m_s2: f32) -> Option<f32> {
+        let (force, field) = (libm::sqrtf(self.square_force), libm::sqrtf(self.square_field));
         let long = (force - gravity_m_s2).abs() < NORM_TOLERANCE * gravity_m_s2;
-        (long && (field - norm_ut).abs() < tolerance * norm_ut).then(|| -self.along_field_m_s2 / force)
+        (long && (field - norm_ut).abs() < tolerance * norm_ut).then(|| -self.product / (force * field))
     }
 
     /// Judges the attitude by force and field (NED), after a step whose field disagrees with the attitude or is
@@ -147,16 +126,13 @@ impl Agreement {
     fn turned(&self, field: &Vector3<f32>, heading: &Heading, settings: &Settings) -> Option<f32> {
         let (config, earth) = (&settings.config, &settings.earth);
         let (norm_ut, sine_of_dip, cosine_of_dip) = heading.reference().dip();
-        let seen = self.sine_of_dip(field, norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
+        let seen = self.sine_of_dip(norm_ut, config.mag_norm_tolerance, earth.gravity_m_s2)?;
+        // The slope of the dip's sine is its cosine, here no less than the dip's tolerance.
+        let slope =
+            if cosine_of_dip > config.mag_dip_tolerance_rad { cosine_of_dip } else { config.mag_dip_tolerance_rad };
         let (sine, cosine) = sine_and_cosine(earth.declination_rad.unwrap_or(0.0));
         let expected = Vector3::new(cosine_of_dip * cosine, cosine_of_dip * sine, sine_of_dip);
-        let agree = (seen - sine_of_dip).abs() < config.mag_dip_tolerance_rad * slope_of_dip(cosine_of_dip, settings);
+        let agree = (seen - sine_of_dip).abs() < config.mag_dip_tolerance_rad * slope;
         agree.then(|| (field / libm::sqrtf(field.norm_squared()) - expected).norm_squared())
     }
-}
-
-/// Slope of the dip's sine: its cosine, here no less than the dip's tolerance.
-const fn slope_of_dip(cosine: f32, settings: &Settings) -> f32 {
-    let least = settings.config.mag_dip_tolerance_rad;
-    if cosine > least { cosine } else { least }
 }

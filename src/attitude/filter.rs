@@ -323,10 +323,7 @@ impl AttitudeFilter {
         let step = core::mem::replace(&mut self.step, FilterStep::new());
         let gravity_m_s2 = settings.earth.gravity_m_s2;
         let (read, field) = (step.mean_force(), step.mean_field());
-        let density = motion.shaking.density();
-        let overruled = heading.agrees() && agreement.force_contradicts_field(heading, density, settings);
-        let is_sound = tilt.force_is_sound(&step, heading.agrees(), gravity_m_s2) && !overruled;
-        let force = if is_sound { read } else { None };
+        let force = if tilt.force_is_sound(&step, heading.agrees(), gravity_m_s2) { read } else { None };
 
         let (step_s, scale) = (self.sample.step_s, sensors.scale_sigma);
         let mut noise = motion.process_noise(&step, force.is_some(), step_s, scale, settings);
@@ -456,6 +453,7 @@ impl AttitudeFilter {
         state.bias_rad_s = Vector3::zeros();
         state.reset_bias(&settings.config);
         state.refresh_rotation();
+        self.tilt.believe();
         self.stop();
         self.report.is_stale = true;
     }

@@ -120,6 +120,12 @@ impl Tilt {
         self.align(state, heading, force, settings);
         state.consistency = Consistency::new();
         (self.aligned_s, self.contradiction_s) = (0.0, 0.0);
+        self.believe();
+    }
+
+    /// Ends the doubt: the tilt has been taken anew.
+    pub fn believe(&mut self) {
+        (self.doubt_rad, self.lean_m_s2, self.doubted_s) = (Vector2::zeros(), Vector2::zeros(), 0.0);
     }
 
     /// Takes the tilt from a specific force (NED as far as the attitude is known) and resets its uncertainty.
@@ -256,6 +262,7 @@ impl Tilt {
             state.reset_bias(&settings.config);
             // The shortest turn to upright leaves the heading anywhere.
             state.errors.reset(HEADING, PI * PI);
+            state.consistency.note_added([1.0; 2]);
         }
     }
 

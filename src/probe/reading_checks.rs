@@ -25,9 +25,11 @@ const STALE_MAG_S: f32 = LONGEST_INTERVAL_S;
 /// Time after which a sensor that repeats itself is flagged as frozen, seconds.
 const FROZEN_S: f32 = 1.0;
 
-/// Cosine of the angle, 20 deg, by which force or field must turn in the body to show that the probe turns: a dead axis
-/// of the gyro does not. It is the turn of a second at the least rate that counts as turning (`TURNING_RAD_S`).
-const COSINE_TURNED: f32 = 0.94;
+/// Sine of the angle, 20 deg, by which force and field must turn in the body about an axis of the gyro to show that the
+/// axis is dead. It is the turn of a second at the least rate that counts as turning (`TURNING_RAD_S`).
+const SINE_TURNED: f32 = 0.342;
+/// Least square of a unit vector's part across an axis about which it can show a turn: 10 deg, half of such a turn.
+const LEAST_ACROSS: f32 = 0.03;
 /// Length of a unit vector in a byte for each axis.
 const UNIT: f32 = 127.0;
 
@@ -103,22 +105,23 @@ impl ReadingChecks {
     /// Takes a sample's readings, `step_s` seconds after those of the sample before. Returns true if one of the
     /// sensors, when it was last read, had repeated its reading for a second.
     pub fn update(&mut self, sample: &Sample, step_s: f32) -> bool {
-        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s)
-            || !sample.flags.contains(SampleFlags::GYRO_MISSING) && self.has_turned_unseen(sample);
+        let turning = sample.gyro_rad_s.iter().any(|rate| libm::fabsf(*rate) >= self.still_rad_s);
+        let unseen = !sample.flags.contains(SampleFlags::GYRO_MISSING) && self.has_turned_unseen(sample);
         let mut frozen = false;
         for sensor in Sensor::ALL {
+            let is_gyro = matches!(sensor, Sensor::Gyro);
             let staleness = self.staleness.of_mut(sensor);
             staleness.pass(step_s);
             if !sample.flags.contains(SampleFlags::missing(sensor)) {
-                staleness.update(sample.vector(sensor), turning);
+                staleness.update(sample.vector(sensor), turning || is_gyro && unseen);
             }
-            frozen |= staleness.has_repeated_for(FROZEN_S)
-                || (matches!(sensor, Sensor::Gyro) && staleness.has_dead_turning_axis());
+            frozen |= staleness.has_repeated_for(FROZEN_S) || (is_gyro && staleness.has_dead_turning_axis());
         }
         frozen
     }
 
-    /// Returns true if force or field has turned in the body since an axis of the gyro began to repeat itself.
+    /// Returns true if force and field have turned in the body about an axis of the gyro since it began to repeat
+    /// itself. One of them alone may have been moved by a magnet, or by a hand.
     #[inline(never)]
     fn has_turned_unseen(&mut self, sample: &Sample) -> bool {
         let axes = self.staleness.gyro.repeats(sample.gyro_rad_s);
@@ -127,19 +130,25 @@ impl ReadingChecks {
         if axes == 0 {
             return false;
         }
-        let mut has_turned = false;
+        let mut turned = going_on;
         for (began, read) in self.began.iter_mut().zip([sample.accel_m_s2, sample.mag_ut]) {
             let read = Vector3::from(read);
             // A missing reading is zero, and NaN here: it has not turned, and begins as zero.
             let read = read * (UNIT / libm::sqrtf(read.norm_squared()));
             if going_on > 0 {
                 let began = Vector3::from(began.map(f32::from));
-                has_turned |= read.dot(&began) < COSINE_TURNED * began.norm_squared();
+                let turn = began.cross(&read);
+                // About an axis that it lies along a vector shows no turn.
+                turned &= turn.iter().zip(began.iter()).fold(0, |axes, (turn, along)| {
+                    let across = UNIT * UNIT - along * along;
+                    let has_turned = across > LEAST_ACROSS * UNIT * UNIT && libm::fabsf(*turn) > SINE_TURNED * across;
+                    axes << 1 | u8::from(has_turned)
+                });
             } else {
                 *began = read.map(|x| x as i8).into();
             }
         }
-        has_turned
+        turned > 0
     }
 
     /// Returns true if a sensor has repeated its reading for the time after which it is stale.

@@ -9,9 +9,9 @@ const DEAD_READINGS: u8 = 50;
 /// Longest time that a reading counts to have been the same since the one before it, seconds: a magnetometer that is
 /// read four times a second. In a longer time without readings a sensor may have read something else.
 pub(super) const LONGEST_INTERVAL_S: f32 = 0.25;
-/// Repeats with which a sensor may count as one that repeats itself: three equal readings, of which two alone are
-/// common where noise is below the resolution.
-const LEAST_REPEATS: u8 = 2;
+/// Repeats with which a sensor may count as one that repeats itself: fewer are common where noise is below the
+/// resolution. At 100 Hz they are the shortest time after which a sensor is stale.
+const LEAST_REPEATS: u8 = 5;
 
 /// New readings in a row, none of which repeats itself, after which a sensor counts as one whose noise shows in every
 /// reading.
