@@ -105,9 +105,9 @@ impl<B: Board> Application<'_, B> {
         let Commands { decoder, gate, .. } = &mut **commands;
         let Some(frame) = decoder.push(byte) else { return false };
         if frame.kind == Kind::ImagePart.number() {
-            // A part that is no progress needs no key: its answer counts as one to a host without the key.
+            // A part that is no progress needs no key: such answers are few.
             if let Some(answer) = update::take_part(&mut self.board, &frame)
-                && (answer.outcome == Outcome::Accepted || gate.may_answer(now_us))
+                && (answer.outcome == Outcome::Accepted || gate.may_answer_part(now_us))
             {
                 line.acknowledge(now_us, &answer);
             }

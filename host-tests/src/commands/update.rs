@@ -36,7 +36,7 @@ const COMMAND: Duration = Duration::from_secs(10);
 /// pause is twice as long as the one before: every try takes room in the probe's flash, which ends while it drills.
 const PAUSES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(60)];
 /// Pause before a part is sent again to a probe that still erases.
-const ERASING: Duration = Duration::from_millis(50);
+const ERASING: Duration = Duration::from_millis(300);
 
 /// Options of `update`.
 #[derive(Debug, Clone, Args)]

@@ -38,12 +38,12 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
-    /// Names of the errors that were found and stay in the readings: effects, and magnets whose field is not used.
+    /// Names of the effects that were found and stay in the readings. Of a magnet that is not taken out the field is not
+    /// used, so that nothing of it stays.
     #[must_use]
     pub fn left_in(&self) -> Vec<&'static str> {
-        let effects = self.effects.iter().filter(|found| !found.report.is_taken_out()).map(|found| found.effect.name());
-        let magnets = self.magnets.iter().filter(|magnet| !magnet.corrected).map(|_| HARD_IRON);
-        effects.chain(magnets).collect()
+        let effects = self.effects.iter().filter(|found| !found.report.is_taken_out());
+        effects.map(|found| found.effect.name()).collect()
     }
 
     /// Correlates of an unexplained residual; `None` unless that is the verdict.

@@ -67,6 +67,8 @@ pub struct CommandGate {
     counters: CommandCounters,
     answers: Allowance,
     reports: Allowance,
+    /// Answers to parts of an image that are no progress: of their own, so that no other frame uses them up.
+    parts: Allowance,
 }
 
 /// Command that passed.
@@ -84,6 +86,7 @@ impl CommandGate {
             counters: CommandCounters { accepted: 0, refused: 0 },
             answers: Allowance::new(),
             reports: Allowance::new(),
+            parts: Allowance::new(),
         }
     }
 
@@ -93,9 +96,9 @@ impl CommandGate {
         self.counters
     }
 
-    /// Returns true if one more answer may go to hosts without the key, and counts it.
-    pub fn may_answer(&mut self, now_us: u64) -> bool {
-        self.answers.take(&ANSWERS, now_us)
+    /// Returns true if a part of an image that is no progress may be answered, and counts the answer.
+    pub fn may_answer_part(&mut self, now_us: u64) -> bool {
+        self.parts.take(&ANSWERS, now_us)
     }
 
     /// Judges a frame whose CRC was right.
@@ -113,7 +116,7 @@ impl CommandGate {
             _ => Err(CommandRefusal::Malformed),
         };
         let is_owners = matches!(bytes, Ok((_, true)));
-        if !is_owners && !self.may_answer(situation.now_us) {
+        if !is_owners && !self.answers.take(&ANSWERS, situation.now_us) {
             self.counters.refused = self.counters.refused.saturating_add(1);
             return Judgement::Ignore;
         }
