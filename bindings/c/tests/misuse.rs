@@ -1,5 +1,5 @@
 //! Whatever a caller hands over, a call comes back with a code and leaves what it was not allowed to change.
-#![allow(unsafe_code, clippy::unwrap_used, missing_docs)]
+#![allow(unsafe_code, clippy::unwrap_used, clippy::disallowed_methods, missing_docs)]
 
 use meerkat_mwd_c::*;
 use std::{ffi::CStr, ptr};
@@ -209,7 +209,7 @@ fn the_filter_alone_is_told_which_delays_are_known() {
             assert_eq!(mwd_attitude_filter_init(start, MWD_ATTITUDE_FILTER_SIZE, &mut filter), MwdStatus::Ok);
             assert_eq!(mwd_attitude_filter_start(filter, &config), MwdStatus::Ok);
             for k in 0..3_000_u16 {
-                let (sine, cosine) = libm::sincosf(f32::from(k) * 0.005 * 2.0);
+                let (sine, cosine) = (f32::from(k) * 0.005 * 2.0).sin_cos();
                 // Horizontal, and turning about its axis.
                 let rate = [0.0, 0.0, 2.0];
                 let turned = |[x, y, z]: [f32; 3]| [x * cosine + y * sine, y * cosine - x * sine, z];
