@@ -42,7 +42,7 @@ fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
     let reads = |at_rest: Sample| {
         // It shakes: a turn that force and field do not show would be a fault of the gyro.
         let shaken = if at_rest.t_us >= SHAKES_UNTIL_US { 0.0 } else { 4.0 };
-        let shaken = if at_rest.t_us / 10_000 % 2 == 0 { shaken } else { -shaken };
+        let shaken = if (at_rest.t_us / 10_000).is_multiple_of(2) { shaken } else { -shaken };
         Sample { accel_m_s2: at_rest.accel_m_s2.map(|x| x + shaken), ..at_rest }
     };
     let seen = fly(
