@@ -302,9 +302,11 @@ fn spoil(value: &mut toml::Value, path: &str, left: &mut usize) -> Option<String
 
 #[test]
 fn every_number_of_a_configuration_that_is_none_is_refused_by_its_name() {
-    let mut config = Config::default();
-    config.full_scale = FullScale { gyro_rad_s: Some(30.0), accel_m_s2: Some(150.0), mag_ut: Some(800.0) };
-    config.latency = Latency { gyro_s: Some(0.01), accel_s: Some(0.01), mag_s: Some(0.01) };
+    let mut config = Config {
+        full_scale: FullScale { gyro_rad_s: Some(30.0), accel_m_s2: Some(150.0), mag_ut: Some(800.0) },
+        latency: Latency { gyro_s: Some(0.01), accel_s: Some(0.01), mag_s: Some(0.01) },
+        ..Config::default()
+    };
     let earth = &mut config.earth;
     (earth.magnetic_field_ut, earth.dip_rad) = (Some(50.0), Some(1.0));
     (earth.declination_rad, earth.latitude_rad) = (Some(0.1), Some(0.8));

@@ -289,7 +289,7 @@ fn a_text_that_is_cut_off_is_told() {
     let folder = TempDir::new().unwrap();
     let whole = si([|v| v; 3]);
     let path = written(&folder, "log.csv", whole.trim_end().rsplit_once(',').unwrap().0);
-    is_told_as_lost(&imported(&[path.clone()]), "the last line is cut off");
+    is_told_as_lost(&imported(std::slice::from_ref(&path)), "the last line is cut off");
     let strict = mwd(&["import", path.to_str().unwrap(), "--strict"]);
     let said = String::from_utf8_lossy(&strict.stderr);
     assert!(strict.status.code() == Some(2) && said.contains("the last line is cut off"), "{said}");
