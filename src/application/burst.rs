@@ -23,10 +23,13 @@ impl Burst {
         Self { recorder: BurstRecorder::new(), next: None }
     }
 
-    /// Takes a sample; drops it while a burst is being sent: the tool stands still then.
+    /// Takes a sample; drops it while a burst is being sent: the tool stands still then. No burst reaches across the
+    /// samples that were dropped.
     pub(super) fn push(&mut self, input: &SurveyInput) {
         if self.next.is_none() {
             self.recorder.push(input);
+        } else {
+            self.recorder.begin_anew();
         }
     }
 
@@ -58,3 +61,6 @@ impl Default for Burst {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -88,6 +88,11 @@ impl<const N: usize> BurstRecorder<N> {
         }
     }
 
+    /// Begins the latest samples anew, because the next one does not follow them. The worst burst stays.
+    pub const fn begin_anew(&mut self) {
+        (self.taken, self.since_compared) = (0, 0);
+    }
+
     /// Samples of the worst burst, oldest first; none before `N` samples were taken.
     pub fn worst(&self) -> impl Iterator<Item = &BurstSample> {
         let (later, earlier) = self.worst.split_at_checked(self.oldest).unwrap_or_default();
