@@ -1,4 +1,5 @@
 //! Index of the records that count: the newest model of each temperature, the counter, the retirements, and the dose.
+//! Models of another configuration count, too: they do not fly, but they are not lost.
 //! It is built by reading every record once; the order does not matter.
 
 use super::{
@@ -18,12 +19,15 @@ pub(super) const KEPT: usize = 8;
 /// they are known.
 pub(super) const BAND_K: f32 = 10.0;
 
-/// Model in the index: the newest of its temperature band.
+/// Model in the index: the newest of its temperature band among those that may fly, or among the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slot {
     pub number: u32,
     pub place: Place,
     pub temperature_c: Option<[f32; 2]>,
+    /// False for a model of another configuration. It is not restored, but it is copied before its sector is erased:
+    /// the probe may start with that configuration again.
+    pub may_fly: bool,
 }
 
 /// Findings when the storage was read.
@@ -109,10 +113,13 @@ impl Index {
         match header.kind {
             Kind::MODEL => {
                 match StoredModel::decode(header.version, payload).map(|model| (limits.check(&model), model)) {
-                    Some((Ok(()), model)) => self.keep(header.number, place, model.temperature_c),
-                    Some((Err(reason), _)) => {
+                    Some((Ok(()), model)) => self.keep(header.number, place, model.temperature_c, true),
+                    Some((Err(reason), model)) => {
                         counts.implausible = counts.implausible.saturating_add(1);
                         counts.first_implausible = counts.first_implausible.or(Some((header.number, reason)));
+                        if reason.is_of_the_configuration() {
+                            self.keep(header.number, place, model.temperature_c, false);
+                        }
                     }
                     None => counts.malformed = counts.malformed.saturating_add(1),
                 }
@@ -134,16 +141,20 @@ impl Index {
         }
     }
 
-    /// Adds a model in place of the earlier one of its temperature band or, when the index is full, of the oldest.
-    pub fn keep(&mut self, number: u32, place: Place, temperature_c: Option<[f32; 2]>) {
-        let new = Slot { number, place, temperature_c };
-        let same_band = |slot: &&mut Option<Slot>| slot.is_some_and(|slot| slot.band() == new.band());
-        let slot = match self.kept.iter_mut().find(same_band) {
+    /// Adds a model in place of the earlier one of its temperature band or, when the index is full, of the oldest; a
+    /// model that may not fly takes no place from one that may.
+    pub fn keep(&mut self, number: u32, place: Place, temperature_c: Option<[f32; 2]>, may_fly: bool) {
+        let new = Slot { number, place, temperature_c, may_fly };
+        let rank = |slot: Option<&Slot>| slot.map(|slot| (slot.may_fly, slot.number));
+        let replaced = |slot: &&mut Option<Slot>| {
+            slot.is_some_and(|slot| slot.band() == new.band() && slot.may_fly == new.may_fly)
+        };
+        let slot = match self.kept.iter_mut().find(replaced) {
             Some(slot) => Some(slot),
-            None => self.kept.iter_mut().min_by_key(|slot| slot.map_or(0, |slot| slot.number)),
+            None => self.kept.iter_mut().min_by_key(|slot| rank(slot.as_ref())),
         };
         // A record with an equal number is a later copy of the same model.
-        if let Some(slot) = slot.filter(|slot| slot.is_none_or(|old| old.number <= number)) {
+        if let Some(slot) = slot.filter(|slot| rank(slot.as_ref()) <= rank(Some(&new))) {
             *slot = Some(new);
         }
     }
@@ -167,6 +178,11 @@ impl Index {
             && self.dose.map(|(number, _)| number) == other.dose.map(|(number, _)| number)
     }
 
+    /// Returns the models that may fly.
+    pub fn flyable(&self) -> impl Iterator<Item = &Slot> {
+        self.kept.iter().flatten().filter(|slot| slot.may_fly)
+    }
+
     /// Returns the model for a temperature: the one with the nearest range, and of equally near ones the newest.
     pub fn nearest(&self, temperature_c: Option<f32>) -> Option<Slot> {
         // A model of unknown temperature ranks below all others, unless no temperature is known.
@@ -174,7 +190,7 @@ impl Index {
             let bands = slot.distance_k(temperature_c).map_or(i16::MAX, |k| (k / BAND_K) as i16);
             (core::cmp::Reverse(bands), slot.number)
         };
-        self.kept.iter().flatten().max_by_key(|slot| rank(slot)).copied()
+        self.flyable().max_by_key(|slot| rank(slot)).copied()
     }
 }
 

@@ -195,17 +195,16 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Some((head, places))
     }
 
-    /// Finds the newest kept model with all its parts, and their places.
+    /// Finds the newest kept model with all its parts, and their places; those that may fly come first.
     #[inline(never)]
     pub(super) fn newest_parts(&mut self, but: Option<u8>) -> Option<(u32, Places)> {
-        let mut below = u32::MAX;
+        let mut below = (true, u32::MAX);
         for _ in 0..KEPT {
-            let numbers = self.index.kept.iter().flatten().map(|slot| slot.number);
-            let number = numbers.filter(|number| *number < below).max()?;
-            if let Some((_, places)) = self.parts_of(number, but) {
-                return Some((number, places));
+            let ranks = self.index.kept.iter().flatten().map(|slot| (slot.may_fly, slot.number));
+            below = ranks.filter(|rank| *rank < below).max()?;
+            if let Some((_, places)) = self.parts_of(below.1, but) {
+                return Some((below.1, places));
             }
-            below = number;
         }
         None
     }

@@ -128,8 +128,9 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(store)
     }
 
-    /// Takes the limits of another configuration and reads all sectors anew with them, if they allow other models. A
-    /// record that is being written then is given up: it comes from the configuration before.
+    /// Takes the limits of another configuration and reads all sectors anew with them, if they allow other models.
+    /// Models of the configuration before are not restored then, but they stay. A record that is being written is given
+    /// up: it comes from the configuration before.
     #[inline(never)]
     pub fn set_limits(&mut self, limits: &Limits) {
         if self.limits.are(limits) {
@@ -247,7 +248,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             self.index.dose = Some((writing.number, writing.record.place));
             return Ok(Progress::DoseStored);
         }
-        self.index.keep(writing.number, writing.record.place, writing.temperature_c);
+        self.index.keep(writing.number, writing.record.place, writing.temperature_c, true);
         self.counts.stored = self.counts.stored.saturating_add(1);
         Ok(Progress::Stored { number: writing.number })
     }

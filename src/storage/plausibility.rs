@@ -73,6 +73,13 @@ pub enum Implausible {
     },
 }
 
+impl Implausible {
+    /// Returns true if a model that may not fly for this reason may fly with another configuration.
+    pub(super) const fn is_of_the_configuration(self) -> bool {
+        matches!(self, Self::OtherLibrary | Self::P { .. } | Self::Bias { .. } | Self::Sigma { .. })
+    }
+}
+
 impl Limits {
     /// Limits of a valid configuration, with the library of effects.
     #[must_use]

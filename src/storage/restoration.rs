@@ -61,7 +61,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         if self.is_writing() {
             return Err(StorageError::Busy);
         }
-        let choice = self.index.kept.iter().flatten().count() as u8;
+        let choice = self.index.flyable().count() as u8;
         for _ in 0..2 * KEPT {
             let Some(slot) = self.index.nearest(temperature_c) else { break };
             let header = self.read_record(slot.place).filter(|header| header.kind == Kind::MODEL);

@@ -255,6 +255,21 @@ fn effects_do_not_fly_with_another_calibration_or_latency() {
     assert_eq!((chosen(&mut store), store.verify()), (Some(second), Ok(true)));
     store.set_limits(&Limits::new(&plain, &LIBRARY));
     assert_eq!((chosen(&mut store), store.verify()), (Some(first), Ok(true)));
+
+    // However often the room is made anew under one configuration, the other's model is still there.
+    store.set_limits(&Limits::new(&others[0], &LIBRARY));
+    let erased = store.erases();
+    for counter in 1..=3_000 {
+        if store.store_counter(counter).is_err() {
+            prepare(&mut store);
+            store.store_counter(counter).unwrap();
+        }
+    }
+    assert!(store.erases().iter().zip(erased).all(|(now, before)| *now > before + 1), "{:?}", store.erases());
+    assert_eq!((chosen(&mut store), store.verify()), (Some(second), Ok(true)));
+    let flash = store.into_flash();
+    let mut store = ModelStore::<_, 3>::open(flash, Limits::new(&plain, &LIBRARY)).unwrap();
+    assert_eq!((chosen(&mut store), store.verify()), (Some(first), Ok(true)));
 }
 
 /// A model without effects is restored whatever it was stored under; effects found after it are of the present

@@ -8,9 +8,10 @@ const PLACE: Place = Place { sector: 0, granule: 1 };
 fn the_nearest_temperature_is_chosen_and_of_equals_the_newest() {
     let mut index = Index::empty();
     for (number, t) in [(1, 20.0), (2, 60.0), (3, 100.0), (4, 62.0)] {
-        index.keep(number, PLACE, Some([t, t + 5.0]));
+        index.keep(number, PLACE, Some([t, t + 5.0]), true);
     }
-    index.keep(5, PLACE, None);
+    index.keep(5, PLACE, None, true);
+    index.keep(6, PLACE, Some([100.0, 105.0]), false);
     let chosen = |t: Option<f32>| index.nearest(t).map(|slot| slot.number);
     assert_eq!(chosen(Some(21.0)), Some(1));
     assert_eq!(chosen(Some(-40.0)), Some(1));
@@ -28,7 +29,7 @@ fn what_is_kept_does_not_depend_on_the_order() {
         let mut index = Index::empty();
         for i in 0..models.len() {
             let (number, t) = models[order(i)];
-            index.keep(number, PLACE, Some([t, t]));
+            index.keep(number, PLACE, Some([t, t]), number % 4 != 0);
         }
         let mut numbers = index.kept.map(|slot| slot.map(|slot| slot.number));
         numbers.sort_unstable();
@@ -37,4 +38,17 @@ fn what_is_kept_does_not_depend_on_the_order() {
     let forwards = kept(&|i| i);
     assert_eq!(forwards, kept(&|i| 13 - i));
     assert_eq!(forwards, kept(&|i| (i * 5 + 3) % 14));
+}
+
+/// Of fourteen models of as many temperatures every other one may fly.
+#[test]
+fn a_model_that_may_not_fly_takes_the_place_of_none_that_may() {
+    let mut index = Index::empty();
+    for number in 1..=14 {
+        index.keep(number, PLACE, Some([20.0 * number as f32; 2]), number % 2 == 0);
+    }
+    let mut numbers = index.kept.map(|slot| slot.map(|slot| slot.number));
+    numbers.sort_unstable();
+    assert_eq!(numbers, [2, 4, 6, 8, 10, 12, 13, 14].map(Some));
+    assert_eq!(index.flyable().count(), 7);
 }
