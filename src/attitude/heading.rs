@@ -39,7 +39,7 @@ const ALIGNMENT_STEPS: u16 = 20;
 pub(super) struct Heading {
     reference: FieldReference,
     /// Filter steps averaged in the first heading, at most [`ALIGNMENT_STEPS`]; 0: no heading has been observed, 1: the
-    /// next field gives it.
+    /// next field that is more certain than the heading gives it.
     steps: u16,
     /// True if the last step's field was used.
     pub field_used: bool,
@@ -224,12 +224,20 @@ impl Heading {
         let slope = field.xy() * (-field.z / horizontal_squared);
         if self.steps < ALIGNMENT_STEPS {
             let tilt = (steepness - 1.0) * tilt_variance;
-            let settled = tilt < 4.0 * direction && state.errors.variance(HEADING) < LOST_RAD * LOST_RAD;
-            self.steps = if settled { self.steps + 1 } else { 1 };
-            state.errors.reset(HEADING, direction + tilt);
-            state.turn_heading(innovation / f32::from(self.steps));
-            self.floor = floor;
-            return true;
+            let (given, carried, lost) = (direction + tilt, state.errors.variance(HEADING), LOST_RAD * LOST_RAD);
+            if given < lost || given < carried {
+                let settled = tilt < 4.0 * direction && carried < lost;
+                self.steps = if settled { self.steps + 1 } else { 1 };
+                state.errors.reset(HEADING, given);
+                state.turn_heading(innovation / f32::from(self.steps));
+                self.floor = floor;
+                return true;
+            }
+            // The heading that the gyro carries is more certain than one that this field would give: the update below
+            // weighs both.
+            if carried < lost {
+                self.steps = ALIGNMENT_STEPS;
+            }
         }
         let timing = conditions.timing_variance_s2 * squared_rate;
         let hold = HOLD_S * HOLD_S / 12.0 * squared_rate;

@@ -16,6 +16,10 @@ impl Noise {
         Self(Xoshiro128PlusPlus::seed_from_u64(seed))
     }
 
+    pub fn uniform(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
+    }
+
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| f64::from(self.0.next_u32()) / f64::from(u32::MAX)).sum::<f64>() - 6.0
     }
