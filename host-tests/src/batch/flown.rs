@@ -20,6 +20,7 @@ use crate::{
     import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
+        field_unused::note_field_unused,
         html::{Told, replay::page, write_page},
         json::result_json,
         surveys_csv::surveys_csv,
@@ -54,6 +55,7 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     let (flight, mut surveys) = surveyed(probe, &trace)?;
     surveys.iter_mut().for_each(|report| trace.grade(report));
     flight.note_refused(&mut trace);
+    note_field_unused(&mut trace, &config, &flight);
     Ok(Result { trace, config, flight, surveys })
 }
 

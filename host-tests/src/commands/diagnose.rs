@@ -17,6 +17,7 @@ use crate::{
     report::{
         account::print_account,
         attitude_at_end,
+        field_unused::note_field_unused,
         html::{Told, diagnosis::page, write_page},
         json::result_json,
         plain_words,
@@ -92,6 +93,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
         (flight, diagnosed, config)
     };
     flight.note_refused(&mut trace);
+    note_field_unused(&mut trace, &flown_with, &flight);
     let mut reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config, &flight));
     if let Some(reference) = reference.as_mut().filter(|_| args.against_reference) {
         // The attitude came from the reference's own vertical and north.

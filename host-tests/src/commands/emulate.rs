@@ -12,6 +12,7 @@ use crate::{
     console::told,
     failure::Failure,
     flight::{configuration::frozen_from_us, fly_on, started, through_sensors},
+    report::field_unused::note_field_unused,
     target::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
@@ -54,6 +55,7 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     // The chip tells its windows only.
     emulated.flight.completed_by(fly_on(started(&config, freeze_at_us, None)?, &trace, |_| {}));
     emulated.flight.note_refused(&mut trace);
+    note_field_unused(&mut trace, &config, &emulated.flight);
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
     let mut out = told();
     for line in emulated.cost_lines() {

@@ -5,6 +5,7 @@ pub mod attitude_at_end;
 pub mod attitude_csv;
 pub mod effect_words;
 pub mod explanation;
+pub mod field_unused;
 pub mod html;
 pub mod json;
 pub mod motion;

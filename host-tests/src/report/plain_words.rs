@@ -8,6 +8,7 @@ use meerkat_mwd::{
 
 use super::{
     effect_words::{EFFECT_WORDS, EffectWords, effect_words, parameter_text},
+    field_unused::field_unused_percent,
     json::parameters::Parameters,
     refusal_text::refusal_text,
     remainder_text::remainder_text,
@@ -56,9 +57,15 @@ pub fn verdict(trace: &Trace, config: &Config, flight: &Flight, diagnosed: &Diag
     let caution = |sentence: String| VerdictWords { is_sound: false, sentence };
     let unjudged = unjudged(config, flight);
     if let Some(why) = why_no_window(trace, config, flight) {
+        // Updates between windows leave no reason; without a field they are refused however long the recording is.
+        let field = field_unused_percent(trace, config, flight).map_or_else(String::new, |percent| {
+            format!("; in {percent:.0} % of the motion the field was not used: calibrate the magnetometer")
+        });
         return caution(match unjudged {
-            Some(flies) => format!("{flies}, which no window has judged: {}.", why.trim_start_matches("no window: ")),
-            None => format!("Nothing was identified: {why}."),
+            Some(flies) => {
+                format!("{flies}, which no window has judged: {}{field}.", why.trim_start_matches("no window: "))
+            }
+            None => format!("Nothing was identified: {why}{field}."),
         });
     }
     if flight.standing().is_none() {

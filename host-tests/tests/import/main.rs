@@ -9,3 +9,4 @@ mod formats;
 mod plain_traces;
 mod refused;
 mod tool;
+mod uncalibrated;

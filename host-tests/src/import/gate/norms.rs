@@ -1,5 +1,7 @@
 //! Sizes of the readings: gravity at rest, the field, dead axes.
 
+use meerkat_mwd::config::AttitudeConfig;
+
 use super::{
     super::{
         median::median,
@@ -18,6 +20,9 @@ const REST: (f64, f64) = (0.15, 0.05);
 const OTHER_UNIT: (f64, f64) = (5.0, 50.0);
 /// Seconds of rest that tell of gravity for certain.
 const RESTED: usize = 3;
+/// Share of the readings at either end of their order that the spread of the field leaves out: noise, and a magnet that
+/// passes.
+const LEFT_OUT: f64 = 0.05;
 
 pub(super) fn check(imported: &Imported) -> Vec<Finding> {
     let merged = imported.merged;
@@ -112,21 +117,41 @@ fn gravity(imported: &Imported) -> Finding {
 }
 
 fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
-    let value = median(there.iter().map(|row| norm(row))).unwrap_or(f64::NAN);
-    let told = format!("|B| {value:.2} uT on the median");
+    let mut norms: Vec<f64> = there.iter().map(|row| norm(row)).collect();
+    norms.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| norms.get((share * norms.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+    let [least, value, most] = [LEFT_OUT, 0.5, 1.0 - LEFT_OUT].map(at);
+    let told = format!("|B| {value:.2} uT on the median, nine readings of ten from {least:.2} to {most:.2} uT");
     if FIELD.contains(&value) {
-        return Finding::fine(told);
+        return usable(told, least, most);
     }
     let other = other_unit(imported, Quantity::Mag, value, &FIELD);
     let is_far = other.is_some_and(|(_, factor)| factor > OTHER_UNIT.1);
     let fix = other.map_or_else(
-        || "the earth's field is 20 to 70 uT: a magnet on the probe, or a magnetometer without its calibration (--force imports it)".into(),
+        || "the earth's field is 20 to 70 uT: a magnet on the probe, a magnetometer without its calibration (--force imports it), or counts, whose size `scale = ...` in [mag] states".into(),
         |(unit, _)| {
             let or_a_magnet = if is_far { "" } else { ", or a magnet is near" };
             format!("unit = {unit:?} in [mag]{or_a_magnet}")
         },
     );
     Finding::wrong(told, fix).unless(is_far)
+}
+
+/// The finding on a field of a size that can be. The attitude takes a field within a tolerance of one reference, so that
+/// no reference suits readings that spread over more than twice that: those of a magnetometer whose offset is over a
+/// tenth of the field, or whose scales differ by a fifth.
+fn usable(told: String, least: f64, most: f64) -> Finding {
+    let tolerance = f64::from(AttitudeConfig::default().mag_norm_tolerance);
+    if most - least <= tolerance * (most + least) {
+        return Finding::fine(told);
+    }
+    let told = format!(
+        "{told}: the attitude uses a field that stays within {:.0} % of its mean, so that much of this one goes unused",
+        100.0 * tolerance
+    );
+    let fix =
+        "calibrate the magnetometer by `mwd calibrate`, from turns in all directions; or a magnet was near".into();
+    Finding { fix: Some(fix), ..Finding::note(told) }
 }
 
 /// The unit in which this size would be right, and how many times larger or smaller it is than the given one.
