@@ -90,6 +90,16 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Contents, String
     Ok(Contents { lost, ..Contents::whole(vec![Table { name: name.to_owned(), columns, keys }]) })
 }
 
+/// Reason if a text holds no table at all.
+#[must_use]
+pub fn none_in(text: &str, dialect: Dialect) -> Option<String> {
+    if text.trim().is_empty() {
+        return Some("the file is empty".into());
+    }
+    let mut rows = rows(text).map(|(line, row)| (line, split(row, dialect.separator))).peekable();
+    header(&mut rows, dialect).err()
+}
+
 fn is_last(text: &str, line: u64) -> bool {
     text.trim_end().lines().count() as u64 == line
 }

@@ -39,17 +39,28 @@ pub fn files(source: &Path) -> Result<Vec<PathBuf>, Failure> {
 /// # Errors
 /// A file that cannot be read, with its name, and what is wrong in it.
 pub fn contents(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Contents, Failure> {
-    let mut all = Contents::default();
+    let (mut all, mut passed_over) = (Contents::default(), Vec::new());
     for source in sources {
         for file in files(source)? {
             let of_file = |what: String| format!("{}: {what}", file.display());
-            let Contents { tables, lost, notes } =
-                read(&file, dialect).map_err(|what| Failure::BadInput(of_file(what)))?;
+            let Contents { tables, lost, notes } = match read(&file, dialect) {
+                Ok(contents) => contents,
+                // A logger's folder holds settings, pictures and tables of two columns, too.
+                Err(Unread::NoTable(what)) if source.is_dir() => {
+                    passed_over.push(of_file(what));
+                    continue;
+                }
+                Err(Unread::NoTable(what) | Unread::Damaged(what)) => return Err(Failure::BadInput(of_file(what))),
+            };
             all.tables.extend(tables);
             all.lost.extend(lost.into_iter().map(of_file));
             all.notes.extend(notes.into_iter().map(of_file));
         }
     }
+    if all.tables.is_empty() && !passed_over.is_empty() {
+        return Err(Failure::BadInput(passed_over.remove(0)));
+    }
+    all.notes.extend(passed_over.into_iter().map(|what| format!("not read, as a file without a sensor: {what}")));
     // A map names a table; two of a name would be one.
     let tables = &mut all.tables;
     for index in 1..tables.len() {
@@ -64,7 +75,21 @@ pub fn contents(sources: &[PathBuf], dialect: Option<Dialect>) -> Result<Content
     Ok(all)
 }
 
-fn read(path: &Path, dialect: Option<Dialect>) -> Result<Contents, String> {
+/// Why a file is not read.
+enum Unread {
+    /// It holds no table of three columns or more, so that no sensor is in it.
+    NoTable(String),
+    /// It may hold a sensor.
+    Damaged(String),
+}
+
+impl From<String> for Unread {
+    fn from(what: String) -> Self {
+        Self::Damaged(what)
+    }
+}
+
+fn read(path: &Path, dialect: Option<Dialect>) -> Result<Contents, Unread> {
     let bytes = if path.as_os_str() == STDIN {
         let mut bytes = Vec::new();
         std::io::stdin().lock().read_to_end(&mut bytes).map_err(|error| format!("cannot be read: {error}"))?;
@@ -73,32 +98,33 @@ fn read(path: &Path, dialect: Option<Dialect>) -> Result<Contents, String> {
         std::fs::read(path).map_err(|error| format!("cannot be opened: {error}"))?
     };
     if bytes.is_empty() {
-        return Err("the file is empty".into());
+        return Err(Unread::NoTable("the file is empty".into()));
     }
     let name = if path.as_os_str() == STDIN { "stdin".into() } else { stem(path) };
     if let Some((_, what)) = REFUSED.iter().find(|(start, _)| bytes.starts_with(start)) {
-        return Err((*what).into());
+        return Err(Unread::Damaged((*what).into()));
     }
     let bytes = text::unzipped(bytes)?;
     if bytes.starts_with(ulog::MAGIC) {
-        return ulog::read(on_disk(&bytes)?.path());
+        return Ok(ulog::read(on_disk(&bytes)?.path())?);
     }
     if bytes.starts_with(mcap::MAGIC) {
-        return mcap::read(&bytes);
+        return Ok(mcap::read(&bytes)?);
     }
     if bytes.starts_with(parquet_file::MAGIC) {
         let file = on_disk(&bytes)?.reopen().map_err(|error| error.to_string())?;
-        return parquet_file::read(file, &name).map(Contents::whole);
+        return Ok(Contents::whole(parquet_file::read(file, &name)?));
     }
     if bytes.starts_with(matlab::MAGIC) {
-        return matlab::read(&bytes, &name).map(Contents::whole);
+        return Ok(Contents::whole(matlab::read(&bytes, &name)?));
     }
     let text = text::decoded(bytes)?;
     if text.chars().take(2_000).any(|letter| letter == '\0') {
-        return Err("neither text nor a kind of file that is known".into());
+        return Err(Unread::NoTable("neither text nor a kind of file that is known".into()));
     }
     let dialect = dialect.unwrap_or_else(|| delimited::dialect(&text));
-    delimited::read(&text, &name, dialect)
+    delimited::none_in(&text, dialect).map_or(Ok(()), |what| Err(Unread::NoTable(what)))?;
+    Ok(delimited::read(&text, &name, dialect)?)
 }
 
 /// Bytes as a file, for readers that want one: they may have come zipped, or from the standard input.
