@@ -3,7 +3,7 @@
 use meerkat_mwd::{Sample, SampleFlags};
 
 use super::{
-    one_clock::{How, on_clock},
+    one_clock::{How, at_shared_times, on_clock},
     own_columns::OwnColumns,
     resolve::{Resolved, name},
     series::{Series, start_at_zero},
@@ -67,18 +67,27 @@ pub fn merged(parts: &[Resolved], mut all: Vec<Series>, own: OwnColumns) -> Resu
                 told(gyro.t_us.last())
             )));
         }
+        if part.quantity == Quantity::Reference {
+            // Between two quaternions there is no line.
+            let (rows, how, shared) = at_shared_times(&gyro, series);
+            let count = series.t_us.len();
+            if 2 * shared < count {
+                merged.notes.push(format!(
+                    "the reference attitude is left out: {shared} of its {count} rows have a time of the gyro's, and between \
+                     its rows nothing is made up; give it the gyro's times"
+                ));
+                continue;
+            }
+            merged.reference = rows;
+            merged.how.push((part.quantity, how));
+            continue;
+        }
         let (rows, how) = on_clock(&gyro, series, part.quantity == Quantity::Mag);
         match part.quantity {
             Quantity::Accel => merged.accel = rows,
             Quantity::Mag => merged.mag = rows,
             Quantity::Temperature => merged.temperature = rows,
-            // Between two quaternions there is no line.
-            Quantity::Reference if how != How::SameRows => {
-                merged.notes.push("the reference attitude is left out: its rows are not the gyro's".into());
-                continue;
-            }
-            Quantity::Reference => merged.reference = rows,
-            Quantity::Gyro | Quantity::Time => {}
+            Quantity::Reference | Quantity::Gyro | Quantity::Time => {}
         }
         merged.how.push((part.quantity, how));
     }

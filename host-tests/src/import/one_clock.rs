@@ -22,6 +22,8 @@ pub enum How {
     Averaged,
     /// Each reading once, at the nearest time.
     EachOnce,
+    /// Its readings at times that are the gyro's, too.
+    SharedTimes,
 }
 
 impl How {
@@ -33,6 +35,7 @@ impl How {
             Self::Interpolated => "interpolated between its readings at the gyro's times",
             Self::Averaged => "averaged around the gyro's times",
             Self::EachOnce => "each reading once, at the gyro's nearest time",
+            Self::SharedTimes => "where its time is one of the gyro's",
         }
     }
 }
@@ -41,7 +44,7 @@ impl How {
 /// readings count once each.
 #[must_use]
 pub fn on_clock(gyro: &Series, sensor: &Series, is_measured_once: bool) -> (Vec<[f64; 4]>, How) {
-    if gyro.clock == sensor.clock && gyro.t_us == sensor.t_us {
+    if gyro.t_us == sensor.t_us {
         return (sensor.rows.clone(), How::SameRows);
     }
     let there: Vec<(i64, [f64; 4])> =
@@ -73,6 +76,24 @@ pub fn on_clock(gyro: &Series, sensor: &Series, is_measured_once: bool) -> (Vec<
         }
     }
     (kept, How::EachOnce)
+}
+
+/// Values of `sensor` at the times that it shares with the gyro, NaN at the others, and how many of its readings those
+/// are: nothing is interpolated.
+#[must_use]
+pub fn at_shared_times(gyro: &Series, sensor: &Series) -> (Vec<[f64; 4]>, How, usize) {
+    if gyro.t_us == sensor.t_us {
+        return (sensor.rows.clone(), How::SameRows, sensor.rows.len());
+    }
+    let mut rows = vec![[f64::NAN; 4]; gyro.t_us.len()];
+    let mut shared = 0;
+    for (time, row) in sensor.t_us.iter().zip(&sensor.rows) {
+        if let Some(place) = gyro.t_us.binary_search(time).ok().and_then(|at| rows.get_mut(at)) {
+            *place = *row;
+            shared += 1;
+        }
+    }
+    (rows, How::SharedTimes, shared)
 }
 
 /// The value at a time between two readings that are no gap apart; at most a period beyond one, that one.
