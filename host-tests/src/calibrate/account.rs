@@ -8,7 +8,7 @@ use super::{
     held_out::HeldOut,
     model::{NAMES, PARAMETERS},
     sensor::SensorCalibration,
-    verdict::{APART_DEG, Verdict, undetermined_of},
+    verdict::{APART_DEG, TOO_FEW_TURNS, Verdict, is_beyond_figures, undetermined_of},
 };
 use crate::{layout::Layout, number::fixed};
 
@@ -38,7 +38,7 @@ pub fn print_account(out: &mut impl Write, layout: Layout, calibration: &Calibra
         Some(accel) => {
             let unit = Unit { of_sensor: "m/s^2", of_error: "g", factor: 1.0 / accel.norm, noise_known: true };
             print_sensor(out, layout, accel, &unit, "rests")?;
-            if let Some(check) = &calibration.later {
+            if let Some(check) = calibration.later.as_ref().filter(|_| !is_beyond(accel)) {
                 print_check(out, check, "rests of the part held out", &unit)?;
             }
         }
@@ -49,11 +49,12 @@ pub fn print_account(out: &mut impl Write, layout: Layout, calibration: &Calibra
         Some(mag) => {
             let unit = Unit { of_sensor: "uT", of_error: "uT", factor: 1.0, noise_known: false };
             print_sensor(out, layout, mag, &unit, "readings")?;
-            if let Some(check) = &calibration.mag_later {
+            if let Some(check) = calibration.mag_later.as_ref().filter(|_| !is_beyond(mag)) {
                 print_check(out, check, "readings of the part held out", &unit)?;
             }
             let how = if mag.norm_known { "given" } else { "fitted: the mean scale stays" };
             match mag.norms() {
+                _ if is_beyond(mag) => {}
                 [least, most] if least < most => {
                     writeln!(out, "  fields {least:.2} to {most:.2} uT, {how}: each trace has that of its place")?;
                 }
@@ -68,6 +69,11 @@ pub fn print_account(out: &mut impl Write, layout: Layout, calibration: &Calibra
     Ok(())
 }
 
+/// Returns true if all that can be told of a sensor is why its old values stay.
+fn is_beyond(sensor: &SensorCalibration) -> bool {
+    matches!(&sensor.verdict, Verdict::Kept(reason) if is_beyond_figures(&sensor.fit) || reason == TOO_FEW_TURNS)
+}
+
 fn print_sensor(
     out: &mut impl Write,
     layout: Layout,
@@ -76,6 +82,10 @@ fn print_sensor(
     of: &str,
 ) -> io::Result<()> {
     let (spread, fit) = (&sensor.spread, &sensor.fit);
+    if let (true, Verdict::Kept(reason)) = (is_beyond(sensor), &sensor.verdict) {
+        writeln!(out, "  {} {of}", sensor.observations.len())?;
+        return writeln!(out, "  verdict: old values stay: {reason}");
+    }
     let used = sensor.observations.len() - sensor.left_out();
     writeln!(
         out,

@@ -9,10 +9,10 @@ use nalgebra::{Matrix4, Vector3, Vector4};
 
 use super::{
     held_out::HeldOut,
-    model::{Covariance, Model, Parameters},
+    model::{Covariance, Model, NAMES, Parameters},
     norm_fit::{Observation, Problem},
     sensor::SensorCalibration,
-    verdict::{Bounds, Standard, Verdict},
+    verdict::{Bounds, Standard, TOO_FEW_TURNS, Verdict, is_beyond_figures},
 };
 use crate::surveys::settings_file::FIELDS_NT;
 
@@ -77,12 +77,16 @@ pub fn calibrate(turns: &[Turned], record: VectorModel) -> Option<SensorCalibrat
     }
     let mut found = at_mean_scale(found);
     let [least, most] = FIELDS_NT.map(|field_nt| 1e-3 * field_nt);
+    let is_earths = (least..=most).contains(&found.norm);
     if differ {
         found.verdict = Verdict::Kept(
             "traces are from places with different fields, and one states none: give it magnetic_field_ut, or leave it out"
                 .into(),
         );
-    } else if !(least..=most).contains(&found.norm) {
+    } else if is_beyond_figures(&found.fit) || (!is_earths && found.fit.rank < NAMES.len()) {
+        // A field that the turns do not determine says nothing of the unit.
+        found.verdict = Verdict::Kept(TOO_FEW_TURNS.into());
+    } else if !is_earths {
         found.verdict = Verdict::Kept(format!(
             "the field that fits is {:.2} uT, and the earth's is {least:.0} to {most:.0}: check the magnetometer's unit",
             found.norm

@@ -22,6 +22,17 @@ const LEAST_CHANGE_SIGMAS: f64 = 3.0;
 /// library.
 const DETERMINED: f64 = 0.5;
 
+/// Reason why old values stay where neither the field's strength nor the parameters can be told from the turns.
+pub(super) const TOO_FEW_TURNS: &str =
+    "the turns do not suffice: turn the probe about all of its axes, through all directions, away from iron";
+
+/// Returns true if the readings leave nothing that figures could be told of: no freedom to check by, or values that are
+/// those of no sensor.
+#[must_use]
+pub fn is_beyond_figures(fit: &Fit) -> bool {
+    fit.freedom < 1.0 || !VectorModel::from(fit.model).is_valid()
+}
+
 /// Decision about a sensor's new values: whether they go on record, and why not.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {

@@ -74,6 +74,46 @@ fn a_cap_of_orientations_is_refused_or_right() {
     }
 }
 
+/// A magnetometer that swings as on a leg: what no turn determines is not told in figures, and no unit is blamed.
+#[test]
+fn turns_that_do_not_suffice_are_told_as_that_alone() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("leg.csv");
+    for seed in 0..12 {
+        let mut random = Random::new(900 + seed);
+        let mut probe = Probe::drawn(&mut random);
+        probe.mag_errors = [0.0; 9];
+        let swing = |k: usize| {
+            let a = 0.5 * (0.7 * k as f64).sin();
+            UnitQuaternion::from_scaled_axis(Vector3::new(0.05 * (0.01 * k as f64).sin(), a, 0.1 * a))
+        };
+        let attitudes: Vec<_> = (0..16).map(swing).collect();
+        let mut trace = probe.turned(&attitudes, &mut random);
+        trace.keys.magnetic_field_ut = None;
+        // Iron beside the way disturbs the field slowly.
+        for (k, sample) in trace.samples.iter_mut().enumerate() {
+            let (sine, cosine) = (0.002 * k as f64).sin_cos();
+            sample.mag_ut[0] += 2.0 * sine as f32;
+            sample.mag_ut[1] += cosine as f32;
+        }
+        trace.write(&path).unwrap();
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_mwd")).arg("calibrate").arg(&path).output().unwrap();
+        let told = String::from_utf8(output.stdout).unwrap();
+        let of_mag = told.split("MAGNETOMETER").nth(1).unwrap();
+        assert!(!of_mag.contains("inf ") && !of_mag.contains("check the magnetometer's unit"), "seed {seed}: {of_mag}");
+        let mag = calibrate(&[trace], None, None).unwrap().mag.unwrap();
+        let reason = kept(&mag.verdict);
+        let is_short = reason.contains("turns do not suffice");
+        assert_eq!(
+            is_short,
+            !of_mag.contains("1-sigma") && !of_mag.contains("error of the norm"),
+            "seed {seed}: {of_mag}"
+        );
+        assert!(is_short || mag.fit.freedom >= 1.0, "seed {seed}: {of_mag}");
+    }
+}
+
 #[test]
 fn few_rests_leave_nothing_to_check_by() {
     let mut random = Random::new(2);
