@@ -80,10 +80,18 @@ pub fn meaning(table: &str, column: &str) -> Option<Meaning> {
         return None;
     }
     let rank = rank(&all);
+    // A thermometer of another part is not the gyro's.
+    let is_elsewhere = |word: &str| {
+        let starts = ["baro", "batt", "press", "airspeed", "ambient"].iter().any(|stem| word.starts_with(stem));
+        starts || matches!(word, "air" | "cpu" | "gps" | "esc" | "motor" | "power")
+    };
     if let Some((quantity, axis)) = own.first().and_then(|word| short(word)) {
         return Some(Meaning { quantity, axis, group: own[1..].concat(), rank });
     }
     if own.iter().any(|word| word.starts_with("temp")) && !own.iter().any(|word| word == "template") {
+        if words(table).iter().chain(&own).any(|word| is_elsewhere(word)) {
+            return None;
+        }
         return Some(Meaning { quantity: Quantity::Temperature, axis: 0, group: own.concat(), rank });
     }
     let index = |word: &str| match word {
