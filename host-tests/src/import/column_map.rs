@@ -46,6 +46,9 @@ pub struct Part {
     /// Unit of these columns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Units in one count of these columns, for readings that are raw counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
     /// Column of the time stamps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,

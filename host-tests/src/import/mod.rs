@@ -38,7 +38,7 @@ pub use source::{STDIN, files};
 
 use merged::{Merged, merged};
 use own_columns::OwnColumns;
-use resolve::{Resolved, resolve};
+use resolve::{Resolved, guesses, resolve};
 use rotation_fit::fit;
 use series::{Series, series};
 use table::{Contents, Table};
@@ -83,6 +83,7 @@ pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
+    merged.notes.extend(guesses(&parts));
     header.date = header.date.or_else(|| day_of(merged.start_s));
     let mut whole = ColumnMap { dialect: map.dialect, keys: map.keys.clone(), ..ColumnMap::default() };
     for part in &parts {

@@ -8,8 +8,8 @@ use super::{
     median::median,
     names::{Meaning, meaning},
     table::{TOLD, Table, listed},
-    time_stamps::{Clock, time},
-    units::{Quantity, STANDARD_GRAVITY},
+    time_stamps::{Clock, inherit, time},
+    units::{Quantity, STANDARD_GRAVITY, foreign_unit},
 };
 use crate::failure::Failure;
 
@@ -113,8 +113,11 @@ pub fn resolve(tables: &[Table], user: &ColumnMap) -> Result<Vec<Resolved>, Fail
         let mut part = Part { table: Some(table.name.clone()), columns: Some(columns), ..given.clone() };
         let (unit, unit_why) = unit(table, quantity, &part).map_err(bad)?;
         part.unit = Some(unit);
+        let of_gyro = parts.first().map(|gyro| &gyro.part).filter(|gyro| gyro.table == part.table);
+        let inherited = of_gyro.and_then(|gyro| inherit(table, quantity, &mut part, gyro, &user.gyro));
         let gyro = parts.first().and_then(|gyro| Clock::of(tables, &gyro.part));
         let time_why = time(table, quantity, &mut part, gyro.as_ref()).map_err(bad)?;
+        let time_why = inherited.map_or(time_why, str::to_owned);
         parts.push(Resolved { quantity, part, unit_why, time_why });
     }
     Ok(parts)
@@ -202,14 +205,54 @@ fn rows(table: &Table, part: &Part) -> Vec<[f64; 3]> {
     (0..table.rows()).map(row).filter(|row| row.iter().all(|value| value.is_finite())).collect()
 }
 
+fn by_the_map(part: &Part) -> String {
+    part.scale.map_or_else(|| "by the map".into(), |scale| format!("{scale} of it in one count, by the map"))
+}
+
+/// A note if a sensor's unit is known by its size alone although its columns name one, which is none.
+fn guessed(table: &str, part: &Resolved) -> Option<String> {
+    let named = part.part.columns.iter().flatten().map(|name| unsigned(name)).find_map(foreign_unit)?;
+    let unit = part.part.unit.as_deref().unwrap_or_default();
+    part.unit_why.starts_with("by its size").then(|| {
+        format!(
+            "the unit of the {} is a guess: {named:?} is no unit, and {unit} was taken {}. Counts in {table} have their size \
+             by `scale = ...` in [{}] of --map: so many {} in one count",
+            in_words(part.quantity),
+            part.unit_why,
+            name(part.quantity),
+            part.quantity.units().first().map_or("", |unit| unit.name)
+        )
+    })
+}
+
+/// Notes on units that are guesses.
+#[must_use]
+pub fn guesses(parts: &[Resolved]) -> Vec<String> {
+    parts.iter().filter_map(|part| guessed(part.part.table.as_deref().unwrap_or_default(), part)).collect()
+}
+
 /// The unit of a sensor's columns, with the reason.
 fn unit(table: &Table, quantity: Quantity, part: &Part) -> Result<(String, String), String> {
+    let known = || quantity.units().iter().map(|unit| unit.name).collect::<Vec<_>>();
+    // The first is the trace's.
+    let of_trace = known().first().copied().unwrap_or_default();
+    if let Some(scale) = part.scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
+        return Err(format!(
+            "scale must be a positive number, not {scale}; a minus before a column's name turns its sign"
+        ));
+    }
     if let Some(given) = &part.unit {
         let unit = quantity.unit(given).ok_or_else(|| {
-            let known: Vec<&str> = quantity.units().iter().map(|unit| unit.name).collect();
-            format!("unit {given:?} is not known; known are {}", known.join(", "))
+            format!(
+                "unit {given:?} is not known; known are {}. For counts without a unit leave it out and give `scale = ...`, \
+                 the {of_trace} in one count",
+                known().join(", ")
+            )
         })?;
-        return Ok((unit.name.to_owned(), "by the map".into()));
+        return Ok((unit.name.to_owned(), by_the_map(part)));
+    }
+    if part.scale.is_some() {
+        return Ok((of_trace.to_owned(), by_the_map(part)));
     }
     let names = part.columns.iter().flatten().map(|name| unsigned(name));
     if let Some(unit) = names.chain([table.name.as_str()]).find_map(|name| quantity.unit_in(name)) {

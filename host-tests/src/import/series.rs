@@ -21,7 +21,7 @@ pub struct Series {
     pub late: usize,
     /// Rows dropped since they have no time.
     pub without_time: usize,
-    /// Name of table and time, by which two sensors are known to share their rows.
+    /// Name of table and time, by which sensors of one clock are counted once.
     pub clock: (String, String),
 }
 
@@ -49,6 +49,7 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
     };
     let unit = part.unit.as_deref().and_then(|unit| resolved.quantity.unit(unit));
     let unit = unit.ok_or_else(|| bad(format!("the unit of the {} is not known", name(resolved.quantity))))?;
+    let scale = part.scale.unwrap_or(1.0);
     let mut columns = Vec::new();
     for name in part.columns.iter().flatten() {
         // A name that begins with a minus may be a column's own.
@@ -96,7 +97,7 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
         series.t_us.push(t_us);
         series.places.push(row);
         series.rows.push(std::array::from_fn(|axis| {
-            columns.get(axis).map_or(0.0, |(column, sign)| sign * (value(column) * unit.factor + unit.offset))
+            columns.get(axis).map_or(0.0, |(column, sign)| sign * (value(column) * scale * unit.factor + unit.offset))
         }));
     }
     if series.t_us.is_empty() {

@@ -60,6 +60,27 @@ fn span(values: &[f64]) -> Option<f64> {
     Some(there.next_back()? - first)
 }
 
+/// Gives a sensor of the gyro's table the time or the rate that the user's map gives the gyro, and returns why; `None` if
+/// the map gives the sensor one, or the table has a time that names the sensor.
+pub(super) fn inherit(
+    table: &Table,
+    quantity: Quantity,
+    part: &mut Part,
+    gyro: &Part,
+    user_gyro: &Part,
+) -> Option<&'static str> {
+    let is_given = part.time.is_some() || part.rate_hz.is_some();
+    let has_own = || time_column(table, quantity).is_ok_and(|name| sensor_of(&name) == Some(quantity));
+    if is_given || (user_gyro.time.is_none() && user_gyro.rate_hz.is_none()) || has_own() {
+        return None;
+    }
+    (part.time, part.rate_hz) = (gyro.time.clone(), gyro.rate_hz);
+    if part.time_unit.is_none() {
+        part.time_unit.clone_from(&gyro.time_unit);
+    }
+    Some("as of the gyro")
+}
+
 /// Sets the time of a part, and says why; `gyro` is the clock of the gyro, for the sensors after it.
 pub(super) fn time(table: &Table, quantity: Quantity, part: &mut Part, gyro: Option<&Clock>) -> Result<String, String> {
     if let Some(rate) = part.rate_hz {

@@ -112,6 +112,15 @@ impl Quantity {
     }
 }
 
+/// What stands in a name's last brackets, if it is in letters and no axis: the place of a unit.
+#[must_use]
+pub fn foreign_unit(name: &str) -> Option<&str> {
+    let inside = name.rsplit(['(', '[', '{']).next().filter(|rest| rest.len() < name.len())?;
+    let inside = inside.split([')', ']', '}']).next()?.trim();
+    let is_axis = matches!(inside.to_ascii_lowercase().as_str(), "x" | "y" | "z" | "w");
+    (inside.chars().any(char::is_alphabetic) && !is_axis).then_some(inside)
+}
+
 /// A spelling without what varies in it.
 fn plain(text: &str) -> String {
     let letters = text.chars().flat_map(char::to_lowercase).filter_map(|letter| match letter {
