@@ -223,7 +223,7 @@ fn a_header_key_with_an_unusable_value_is_quoted() {
         r#", line 2: "gravity_m_s2 = heavy": the value must be a positive number"#
     );
     assert_eq!(with("dip_deg = 91"), r#", line 2: "dip_deg = 91": the value must be a number from -90 to 90"#);
-    assert_eq!(with("earth_frame = NWU"), r#", line 2: "earth_frame = NWU": the value must be NED or ENU"#);
+    assert_eq!(with("earth_frame = NUE"), r#", line 2: "earth_frame = NUE": the value must be NED, ENU or NWU"#);
     assert!(with("body_frame = left").ends_with("must be tool or sensor"));
     assert_eq!(with("motion = robot"), r#", line 2: "motion = robot": the value must be hand or drill_string"#);
     assert!(with("reference_north = maybe").ends_with("must be true or false"));

@@ -14,6 +14,13 @@ const DOUBTED_DEG: f64 = 25.0;
 /// Median angle below which another convention is the likely one, degrees.
 const LIKELY_DEG: f64 = 10.0;
 
+/// Angle to magnetic north within which an axis is called north, degrees: a third of the way to the next axis, and more
+/// than the declination where people live.
+const NORTH_DEG: f64 = 30.0;
+
+/// Least share of the mean field across the vertical, of a field that tells north: a dip of 84 deg.
+const LEAST_ACROSS: f64 = 0.1;
+
 /// Length over which force is averaged in the earth's frame, microseconds: vibration averages out.
 const BLOCK_US: u64 = 1_000_000;
 
@@ -26,23 +33,58 @@ type Convention = (EarthFrame, bool);
 /// A note if the reference's vertical is not that of gravity, with the convention in which it is.
 pub(crate) fn convention_note(trace: &Trace, accel: &VectorModel) -> Option<String> {
     let stated = trace.keys.earth_frame;
-    let (name, other, key) = match stated {
-        EarthFrame::Ned => ("NED", EarthFrame::Enu, "ENU"),
-        EarthFrame::Enu => ("ENU", EarthFrame::Ned, "NED"),
+    let (name, other) = match stated {
+        EarthFrame::Ned => ("NED", EarthFrame::Enu),
+        EarthFrame::Enu => ("ENU", EarthFrame::Ned),
+        EarthFrame::Nwu => ("NWU", EarthFrame::Ned),
     };
     let all = [(stated, false), (other, false), (stated, true), (other, true)];
     let [off, others @ ..] = medians_deg(trace, accel, all)?;
     if off < DOUBTED_DEG {
         return None;
     }
-    let words = [
-        format!("its earth frame looks like {key}: earth_frame = {key}"),
-        format!("it looks like a turn from {name} to the body: change the signs of qx, qy, qz"),
-        format!("it looks like a turn from {key} to the body: change the signs of qx, qy, qz, and earth_frame = {key}"),
-    ];
-    let likely = words.into_iter().zip(others).find(|(_, off)| *off < LIKELY_DEG).map(|(what, _)| what);
-    let likely = likely.unwrap_or_else(|| "no usual convention fits better".to_owned());
+    let likely = match others.iter().position(|off| *off < LIKELY_DEG) {
+        Some(0) => {
+            let (frame, key) = named(trace, other, false);
+            format!("its earth frame looks like {frame}: earth_frame = {key}")
+        }
+        Some(1) => format!("it looks like a turn from {name} to the body: change the signs of qx, qy, qz"),
+        Some(_) => {
+            let (frame, key) = named(trace, other, true);
+            format!(
+                "it looks like a turn from {frame} to the body: change the signs of qx, qy, qz, and earth_frame = {key}"
+            )
+        }
+        None => "no usual convention fits better".to_owned(),
+    };
     Some(format!("the reference's vertical is {off:.0} deg off gravity at the median; {likely}"))
+}
+
+/// Name of an earth frame, and the value of its key: of two whose z points up the one with north where the field is.
+fn named(trace: &Trace, frame: EarthFrame, is_conjugate: bool) -> (&'static str, &'static str) {
+    if frame == EarthFrame::Ned {
+        return ("NED", "NED");
+    }
+    match north_deg(trace, frame, is_conjugate) {
+        Some(north) if north.abs() < NORTH_DEG => ("ENU", "ENU"),
+        Some(north) if (north - 90.0).abs() < NORTH_DEG => ("NWU", "NWU"),
+        _ => ("ENU", "ENU, or NWU if its x points north"),
+    }
+}
+
+/// Angle from the reference's north, read in this frame, to that of the mean field, clockwise from above, degrees: 90 if
+/// x, here east, is north. A hard iron turns with the body and averages out. `None` without a field across the vertical.
+fn north_deg(trace: &Trace, frame: EarthFrame, is_conjugate: bool) -> Option<f64> {
+    let mut sum = Vector3::<f64>::zeros();
+    for row in trace.rows() {
+        let Some(q) = row.reference.and_then(unit_quaternion) else { continue };
+        if !row.sample.flags.intersects(SampleFlags::MAG_MISSING | SampleFlags::MAG_CLIPPED) {
+            let field = Vector3::from(row.sample.mag_ut).cast::<f64>();
+            sum += frame.to_ned() * if is_conjugate { q.inverse() * field } else { q * field };
+        }
+    }
+    let across = sum.x.hypot(sum.y);
+    (across > LEAST_ACROSS * sum.norm()).then(|| sum.y.atan2(sum.x).to_degrees())
 }
 
 /// Median angles between gravity and the vertical of the reference, read by each convention, degrees; `None` where both

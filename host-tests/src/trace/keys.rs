@@ -58,6 +58,8 @@ pub enum EarthFrame {
     Ned,
     /// East, north, up.
     Enu,
+    /// North, west, up.
+    Nwu,
 }
 
 impl EarthFrame {
@@ -72,6 +74,8 @@ impl EarthFrame {
                 let half = std::f64::consts::FRAC_1_SQRT_2;
                 UnitQuaternion::new_unchecked(Quaternion::new(0.0, half, half, 0.0))
             }
+            // Half a turn about north.
+            Self::Nwu => UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0)),
         }
     }
 }
@@ -130,7 +134,8 @@ impl Keys {
                 self.earth_frame = match value.to_ascii_uppercase().as_str() {
                     "NED" => EarthFrame::Ned,
                     "ENU" => EarthFrame::Enu,
-                    _ => return Err(bad("NED or ENU")),
+                    "NWU" => EarthFrame::Nwu,
+                    _ => return Err(bad("NED, ENU or NWU")),
                 };
             }
             "body_frame" => {
@@ -179,6 +184,7 @@ impl Keys {
         let earth = match self.earth_frame {
             EarthFrame::Ned => "NED",
             EarthFrame::Enu => "ENU",
+            EarthFrame::Nwu => "NWU",
         };
         let body = match self.body_frame {
             BodyFrame::Tool => "tool",

@@ -6,6 +6,7 @@ mod rig;
 
 mod files;
 mod formats;
+mod habits;
 mod plain_traces;
 mod refused;
 mod tool;
