@@ -93,7 +93,7 @@ pub const ACCEL_BIAS: Group = Group {
 };
 /// Gyro bias, raw frame.
 pub const BIAS: Group = Group { name: "gyro bias", unit: "rad/s", from: 25, count: 3, source: "configuration" };
-/// Gyro matrix P, row-major, as a deviation from the factory's.
+/// Gyro matrix P: the nine unknowns that make it of the prior's centre, row-major (`gyro_matrix`).
 pub const P: Group = Group { name: "gyro matrix", unit: "1", from: 28, count: 9, source: "configuration" };
 
 /// The whole table.

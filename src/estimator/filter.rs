@@ -4,9 +4,10 @@
 use super::{
     NodeEnd, Settings,
     candidates::{Candidates, Claim, Misfit, Units, Unturned, evidence::Evidence},
-    columns::{GLOBALS, NUISANCES},
+    columns::{GLOBALS, NUISANCES, P},
     course::Course,
     globals::Globals,
+    gyro_matrix::GyroMatrix,
     increment::Increment,
     left_over::LeftOver,
     node::{Kind, Node},
@@ -149,7 +150,14 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         for (x, sigma) in x.iter_mut().zip(&self.prior.sigma) {
             *x *= *sigma;
         }
-        self.parameters = Parameters::new(&x, &self.bias, &self.prior.p);
+        self.parameters = Parameters::new(&x, &self.bias, self.gyro_matrix().p);
+    }
+
+    /// P at the present globals.
+    pub fn gyro_matrix(&self) -> GyroMatrix<T> {
+        let column = |k: usize| self.globals.x.get(P.from + k).zip(self.prior.sigma.get(P.from + k));
+        let d = core::array::from_fn(|k| column(k).map_or(T::ZERO, |(x, sigma)| *x * *sigma));
+        GyroMatrix::new(&d, &self.prior.p)
     }
 
     /// Starts about a stored model, see [`Estimator::restore`](super::Estimator::restore).

@@ -59,6 +59,8 @@ impl<T: Real> Globals<T> {
     }
 
     /// Variance of a quantity that depends on bias and P alone, by these derivatives, in units of the prior's widths.
+    // Once in the program: it is called a few times a node.
+    #[inline(never)]
     pub fn variance(&self, by: &[T; GLOBALS - NUISANCES]) -> T {
         // The squared length of R^-T d.
         let mut solved = *by;

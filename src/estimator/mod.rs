@@ -24,6 +24,7 @@ mod filter;
 mod gate;
 mod gaussian;
 mod globals;
+mod gyro_matrix;
 mod increment;
 mod intake;
 mod learnt;

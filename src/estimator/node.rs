@@ -144,7 +144,10 @@ impl<T: Real> Node<T> {
         self.move_by(&by);
     }
 
-    /// Moves the states; limits the turn of the attitude.
+    /// Moves the states, but not their heading; limits the turn of the attitude. The heading at the start is a gauge, and
+    /// the node's hangs on it by all turns since: P's smallest change would turn attitude and field by much. Each such
+    /// turn would be another point to make rows linear at, and these would then seem to tell of the heading, and
+    /// through it of P. So the earth frame is turned instead.
     pub fn move_by(&mut self, by: &[T; NODE]) {
         let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);
         let turn = three(0);
@@ -155,6 +158,14 @@ impl<T: Real> Node<T> {
         self.velocity += three(VELOCITY);
         self.position += three(POSITION);
         self.field += three(FIELD);
+        // Tangent of half of the heading's change, to its third power.
+        let tangent = turn.z * T::of(0.5);
+        let scale = T::ONE / (T::ONE + tangent * tangent);
+        let (cosine, sine) = ((T::ONE - tangent * tangent) * scale, (tangent + tangent) * scale);
+        let [a, b, c] = self.attitude.as_mut().each_mut();
+        for [x, y, _] in [a, b, c, self.velocity.as_mut(), self.position.as_mut(), self.field.as_mut()] {
+            (*x, *y) = (cosine * *x + sine * *y, cosine * *y - sine * *x);
+        }
     }
 
     /// Resets the attitude to these deviations, rad, velocity and position as at a start; keeps the earth field, but

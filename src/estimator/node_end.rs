@@ -39,6 +39,8 @@ impl NodeEnd {
             align(filter);
             return Self::Ended;
         }
+        let (matrix, centre) = (filter.gyro_matrix(), filter.prior.p);
+        filter.pre.by_unknowns(&matrix, &centre);
         let taken = Taken {
             pre: &filter.pre,
             parameters: &filter.parameters,

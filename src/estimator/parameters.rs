@@ -3,7 +3,7 @@
 #![allow(clippy::indexing_slicing)] // Constant indices of the table.
 
 use super::{
-    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX, P},
+    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_MATRIX},
     real::{M3, Real, V3, identity, zero3, zero33},
 };
 use nalgebra::Matrix3;
@@ -58,8 +58,8 @@ impl<T: Real> Parameters<T> {
         self.inverse() * rate
     }
 
-    /// Parameters from the globals' deviations from the prior's mean, in their own units, and that mean of bias and P.
-    pub(super) fn new(x: &[T; GLOBALS], bias: &V3<T>, p: &M3<T>) -> Self {
+    /// Parameters from the globals' deviations from the prior's mean, in their own units, that mean of the bias, and P.
+    pub(super) fn new(x: &[T; GLOBALS], bias: &V3<T>, p: M3<T>) -> Self {
         let m = &x[MAG_MATRIX.columns()];
         let h = T::of(HALF_ROOT);
         let (u, v) = (m[0] * h, m[1] * T::of(SIXTH_ROOT));
@@ -87,7 +87,6 @@ impl<T: Real> Parameters<T> {
             a[2],
         );
         let three = |from: usize| V3::new(x[from], x[from + 1], x[from + 2]);
-        let d = &x[P.columns()];
         Self {
             mag_matrix: identity::<T>() + mag,
             hard_iron: three(HARD_IRON.from),
@@ -96,7 +95,7 @@ impl<T: Real> Parameters<T> {
             accel_matrix: identity::<T>() + accel,
             accel_bias: three(ACCEL_BIAS.from),
             bias: bias + three(BIAS.from),
-            p: p + Matrix3::new(d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8]),
+            p,
         }
     }
 }

@@ -7,7 +7,8 @@ use super::{
     columns::{BIAS, P},
     filter::Filter,
     gaussian::triangle,
-    real::{Real, V3, norm},
+    gyro_matrix::GyroMatrix,
+    real::{M3, Real, V3, norm},
 };
 use crate::{
     algebra::cholesky::Cholesky,
@@ -85,6 +86,14 @@ fn excludes_start<T: Real>(averaged: &Averaged<T>) -> bool {
     let mut whitened: [T; 9] = p;
     factor.solve_lower(&mut whitened);
     whitened.iter().fold(T::ZERO, |sum, x| sum + *x * *x) > T::of(EXCLUDED)
+}
+
+/// Sets P of a model.
+pub(super) fn set_p<T: Real>(model: &mut GyroModel, p: &M3<T>) {
+    // Column-major, so row by row.
+    for (slot, x) in model.p.as_flattened_mut().iter_mut().zip(p.transpose().iter()) {
+        *slot = x.narrow();
+    }
 }
 
 impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
@@ -190,12 +199,11 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
     pub(super) fn model(&self, deviations: &[T; 12]) -> GyroModel {
         let [p @ .., x, y, z] = *deviations;
         let mut model = GyroModel { b_rad_s: self.bias_of(&[x, y, z]), ..self.settings.factory };
-        let sigma = self.prior.sigma.iter().skip(P.from);
-        // Column-major, so row by row.
-        let centre = self.prior.p.transpose();
-        for (((slot, centre), x), sigma) in model.p.as_flattened_mut().iter_mut().zip(centre.iter()).zip(p).zip(sigma) {
-            *slot = (*centre + x * *sigma).narrow();
+        let mut d = p;
+        for (d, sigma) in d.iter_mut().zip(self.prior.sigma.iter().skip(P.from)) {
+            *d *= *sigma;
         }
+        set_p(&mut model, &GyroMatrix::new(&d, &self.prior.p).p);
         model
     }
 }

@@ -10,6 +10,7 @@
 use super::{
     columns::{GLOBALS, NUISANCES},
     globals::Globals,
+    gyro_matrix::GyroMatrix,
     increment::Increment,
     parameters::Parameters,
     real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
@@ -285,7 +286,17 @@ impl<T: Real> Preintegration<T> {
         force
     }
 
-    /// Variance of the rotation by the uncertainty of bias and P, rad^2, with the widths of the priors.
+    /// Makes the derivatives by the elements of P those by its unknowns, once, at the node's end.
+    pub fn by_unknowns(&mut self, matrix: &GyroMatrix<T>, centre: &M3<T>) {
+        let Self { by_gyro, field_by_gyro, velocity, position, .. } = self;
+        for by in [by_gyro, field_by_gyro, &mut velocity.by_gyro, &mut position.by_gyro] {
+            let [_, _, _, by @ ..] = by;
+            matrix.by_unknowns(centre, by);
+        }
+    }
+
+    /// Variance of the rotation by the uncertainty of bias and P, rad^2, with the widths of the priors. Before the
+    /// node's end an element of P stands for its unknown, which it is to first order.
     pub fn rotation_variance(&self, globals: &Globals<T>, sigma: &[T; GLOBALS]) -> T {
         let mut by = [[T::ZERO; GYRO]; 3];
         for ((k, of), sigma) in self.by_gyro.iter().enumerate().zip(&sigma[NUISANCES..]) {

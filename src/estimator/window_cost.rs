@@ -10,8 +10,10 @@ use core::ops::Range;
 
 use super::{
     Estimator,
+    columns::{BIAS, P},
+    gyro_matrix::{GyroMatrix, unknowns},
     left_over::{COLUMNS, LeftOver, ROWS, WINDOW_NODES},
-    posterior::stepped,
+    posterior::{set_p, stepped},
     real::Real,
 };
 use crate::{
@@ -177,11 +179,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         let (centre, filter) = (self.closing.centre()?, &self.filter);
         let base = filter.model(&[T::ZERO; GYRO]);
         let mut sigma = [0.0; GYRO];
-        let unit = filter.model(&[T::ONE; GYRO]);
-        let p = unit.p.as_flattened().iter().zip(base.p.as_flattened());
-        let b = unit.b_rad_s.iter().zip(&base.b_rad_s);
-        for (slot, (unit, base)) in sigma.iter_mut().zip(p.chain(b)) {
-            *slot = unit - base;
+        for (slot, column) in sigma.iter_mut().zip(P.columns().chain(BIAS.columns())) {
+            *slot = filter.prior.sigma.get(column).map_or(0.0, |sigma| sigma.narrow());
         }
         Some(WindowCost { rows: &filter.left_over, centre, base, sigma, steps: filter.steps() })
     }
@@ -195,12 +194,14 @@ impl<const NODES: usize> WindowCost<'_, NODES> {
     /// The model that lies `y` from the posterior's mean, in deviations.
     #[must_use]
     pub fn model(&self, y: &[f32; GYRO]) -> GyroModel {
-        let change = self.change(y);
-        let mut model = self.base;
-        let slots = model.p.as_flattened_mut().iter_mut().chain(&mut model.b_rad_s);
-        for (((slot, mean), change), sigma) in slots.zip(&self.centre.mean).zip(change).zip(&self.sigma) {
-            *slot += (mean + change) * sigma;
+        let mut deviations = self.change(y);
+        for ((deviation, mean), sigma) in deviations.iter_mut().zip(&self.centre.mean).zip(&self.sigma) {
+            *deviation = (*deviation + mean) * sigma;
         }
+        let [d @ .., x, y, z] = deviations;
+        let mut model = self.base;
+        set_p(&mut model, &GyroMatrix::new(&d, &self.base.p_matrix()).p);
+        model.b_rad_s = (Vector3::from(self.base.b_rad_s) + Vector3::new(x, y, z)).into();
         stepped(model, &self.steps)
     }
 
@@ -209,12 +210,12 @@ impl<const NODES: usize> WindowCost<'_, NODES> {
     pub fn coordinates(&self, model: &GyroModel) -> [f32; GYRO] {
         let mut change = [0.0; GYRO];
         let model = stepped(*model, &-self.steps);
-        let p = model.p.as_flattened().iter().zip(self.base.p.as_flattened());
-        let b = model.b_rad_s.iter().zip(&self.base.b_rad_s);
-        for (((slot, (x, base)), mean), sigma) in
-            change.iter_mut().zip(p.chain(b)).zip(&self.centre.mean).zip(&self.sigma)
+        let d = unknowns(&model.p_matrix(), &self.base.p_matrix());
+        let b = Vector3::from(model.b_rad_s) - Vector3::from(self.base.b_rad_s);
+        for (((slot, deviation), mean), sigma) in
+            change.iter_mut().zip(d.iter().chain(b.iter())).zip(&self.centre.mean).zip(&self.sigma)
         {
-            *slot = (x - base) / sigma - mean;
+            *slot = deviation / sigma - mean;
         }
         self.centre.factor.times_upper(&change)
     }

@@ -9,7 +9,7 @@ fn derivatives_with_respect_to_columns_are_those_of_the_matrices() {
     for column in 0..GLOBALS {
         let mut x = [0.0; GLOBALS];
         x[column] = 1.0;
-        let parameters = Parameters::new(&x, &bias, &p);
+        let parameters = Parameters::new(&x, &bias, p);
         let mag = column.checked_sub(MAG_MATRIX.from).and_then(|k| mag_columns(&c).get(k).copied()).unwrap_or(0.0);
         let accel =
             column.checked_sub(ACCEL_MATRIX.from).and_then(|k| accel_columns(&c).get(k).copied()).unwrap_or(0.0);
@@ -23,7 +23,7 @@ fn the_magnetometer_matrix_has_no_trace_and_its_columns_are_orthonormal() {
     for column in MAG_MATRIX.columns() {
         let mut x = [0.0; GLOBALS];
         x[column] = 1.0;
-        let m = Parameters::new(&x, &zero3(), &identity::<f64>()).mag_matrix - identity::<f64>();
+        let m = Parameters::new(&x, &zero3(), identity::<f64>()).mag_matrix - identity::<f64>();
         assert!(m.trace().abs() < 1e-7 && (m.norm() - 1.0).abs() < 1e-7);
     }
 }

@@ -102,7 +102,7 @@ impl Setting {
     /// Rows of the node with this taken out.
     fn rows(&mut self, x: &[f64; EFFECTS]) -> Rows {
         let p = M3::new(1.1, 0.02, -0.03, 0.01, 0.94, 0.04, -0.02, 0.03, 1.05);
-        let parameters = Parameters::new(&[0.0; 37], &zero3(), &p);
+        let parameters = Parameters::new(&[0.0; 37], &zero3(), p);
         self.candidates.root.x = *x;
         self.candidates.start_node();
         let mut pre = Preintegration::zero();

@@ -53,7 +53,7 @@ fn what_is_told_of_a_column_is_the_misfit_of_a_field_that_is_read_with_it() {
     for column in 0..OF_MAGNETOMETER {
         let mut x = [0.0; GLOBALS];
         x[column] = 1e-5 * sigma[column];
-        let with = Parameters::new(&x, &zero3(), &identity::<f64>());
+        let with = Parameters::new(&x, &zero3(), identity::<f64>());
         let read = attitude * (with.mag_matrix * (attitude.transpose() * field) + with.hard_iron);
         for (row, misfit) in misfits(&read, &DECLARED).iter().enumerate() {
             let removed: f64 = told.by[row].iter().zip(&corrected).map(|(by, x)| by * x).sum();
