@@ -45,6 +45,28 @@ const BOUND_NODES: usize = 4;
 /// Information matrix of P and b.
 type Information = Packed<12, 78>;
 
+/// Shares of their variances that all unknowns gain, one after the other, until the covariance has an inverse in `f32`:
+/// scales may be known ten thousand times better than a turn, to which the squares' rounding, 6e-8, comes near.
+const ROUNDINGS: [f32; 4] = [0.0, 1e-6, 1e-5, 1e-4];
+
+/// Inverse of the covariance, whose variances are larger by a share; `None` if it is not positive definite.
+fn information(covariance: &[f32; 78], share: f32) -> Option<Information> {
+    let mut covariance = Packed::<12, 78>(*covariance);
+    for i in 0..GYRO {
+        covariance.add(i, i, share * covariance.get(i, i));
+    }
+    let covariance = covariance.cholesky()?;
+    let mut information = Packed::zero();
+    for i in 0..GYRO {
+        let mut unit = [0.0; GYRO];
+        unit[i] = 1.0;
+        for (j, value) in covariance.solve(&unit).iter().enumerate().take(i + 1) {
+            information.add(i, j, *value);
+        }
+    }
+    Some(information)
+}
+
 /// Adds the information of some nodes' rows.
 #[inline(never)]
 fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut Information) {
@@ -79,21 +101,13 @@ impl Centre {
         covariance: &[f32; 78],
         inflation: f32,
     ) -> Option<Self> {
-        let covariance = Packed::<12, 78>(*covariance).cholesky()?;
-        let mut information = Packed::zero();
-        for i in 0..GYRO {
-            let mut unit = [0.0; GYRO];
-            unit[i] = 1.0;
-            for (j, value) in covariance.solve(&unit).iter().enumerate().take(i + 1) {
-                information.add(i, j, *value);
-            }
-        }
+        let factor = ROUNDINGS.iter().find_map(|share| information(covariance, *share)?.cholesky())?;
         let weights = (0..rows.count()).fold(0.0, |sum, index| {
             let innovations = rows.innovations(index, mean);
             sum + weight(dot(&innovations, &innovations))
         });
         let usual = if rows.count() > 0 { weights / rows.count() as f32 } else { 1.0 };
-        information.cholesky().map(|factor| Self { mean: *mean, factor, share: 1.0 / inflation, usual })
+        Some(Self { mean: *mean, factor, share: 1.0 / inflation, usual })
     }
 
     /// Bounds the search's cost, so that it has a minimum: gathers the information of some nodes' rows a call, from

@@ -9,6 +9,7 @@ use super::{
 use meerkat_mwd::{
     application::{Application, Board},
     attitude::AttitudeFlags,
+    compensation::GyroModel,
     survey::{SurveyKind, SurveyReport},
     telemetry::{AttitudeFrame, Boot, CompactAngles, Health, Message},
 };
@@ -58,14 +59,16 @@ fn count([all, outside]: &mut [u64; 2], holds: bool) {
     *outside += u64::from(!holds);
 }
 
-/// The model that was restored is one that was completed.
+/// P and b of the model that was restored flew when it was stored.
 fn started(machine: &mut Machine<'_, '_>, boot: &Boot) {
-    // A command may have started the pipeline afresh.
-    machine.boot_us = machine.chip.now_us.get();
+    // A command has started the pipeline afresh; without a new first sample the boot is said again.
+    if std::mem::replace(&mut machine.first_sample, boot.first_sample) != boot.first_sample {
+        machine.boot_us = machine.chip.now_us.get();
+    }
     let (Some(number), Some(model)) = (boot.restored_model, boot.flies) else { return };
     machine.day.tally.restored += 1;
-    let completed = machine.day.flown.contains(&model.gyro.p);
-    note(machine, Violation::ModelNotCompleted, completed, || format!("number {number}, P {:?}", model.gyro.p));
+    let completed = machine.day.flown.contains(&model.gyro);
+    note(machine, Violation::ModelNotCompleted, completed, || format!("number {number}, {:?}", model.gyro));
 }
 
 /// Counters of health do not fall from report to report of one start, and count no sample that was not read: what is
@@ -164,7 +167,7 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
 /// After every round of the program.
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
     let processed = application.counts().processed;
-    let flown = application.statics().probe.gyro_model().p;
+    let flown = *application.statics().probe.gyro_model();
     let takes_an_effect_out = !application.statics().probe.effects().is_empty();
     let stored = application.statics().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
@@ -198,8 +201,8 @@ pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, b
 /// State before a round.
 #[derive(Default)]
 pub struct Round {
-    /// P that flew.
-    pub flown: Option<[[f32; 3]; 3]>,
+    /// P and b that flew.
+    pub flown: Option<GyroModel>,
     pub stored: u32,
     /// Erasures since the start, those before the first sample among them.
     pub erased: usize,

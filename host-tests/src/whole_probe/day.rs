@@ -2,7 +2,7 @@
 
 use super::{host::Host, plan::Trouble, proportions::Proportions, tally::Tally, truth::Truth};
 use crate::simulate::Random;
-use meerkat_mwd::survey::SurveyReport;
+use meerkat_mwd::{compensation::GyroModel, survey::SurveyReport};
 use std::collections::VecDeque;
 
 /// Surroundings of the probe, which go on whether or not it has power.
@@ -18,8 +18,8 @@ pub struct Day {
     pub bytes_per_s: u32,
     /// Since the power came.
     pub watchdog_resets: u32,
-    /// Every P that has flown: what is stored is one of them.
-    pub flown: Vec<[[f32; 3]; 3]>,
+    /// Every P and b that have flown: what is stored is one of them.
+    pub flown: Vec<GyroModel>,
     /// Surveys that were heard, each with the start of the program that it is of.
     pub surveys: Vec<(u64, SurveyReport)>,
     /// FNV-1a of every byte that the probe has sent.

@@ -194,6 +194,14 @@ impl Host {
         }
     }
 
+    /// The counter that the probe has read from its flash at a start.
+    pub fn counter_is(&self, stored: u64, tally: &mut Tally) {
+        tally.checked(Violation::CounterFell);
+        if stored < self.highest {
+            tally.violated(Violation::CounterFell, || format!("{stored} at a start after {}", self.highest));
+        }
+    }
+
     /// A byte arrives from the probe.
     pub fn hear(&mut self, byte: u8) -> Option<Message> {
         let frame = self.decoder.push(byte)?;

@@ -65,8 +65,9 @@ pub struct Machine<'c, 'd> {
     received: VecDeque<(u8, Option<usize>)>,
     /// Stamps of the latest samples, and the truth at each.
     pub truths: VecDeque<(u64, Angles)>,
-    /// Time at which the probe last said what it runs with.
+    /// Time at which the probe said that its pipeline had started afresh, and the first sample since.
     pub boot_us: u64,
+    pub first_sample: u32,
     /// Time of the last fault of a sensor or of the clock, microseconds of the chip.
     pub unsound_us: Option<u64>,
     /// Counters of the health that was heard last.
@@ -105,6 +106,7 @@ impl<'c, 'd> Machine<'c, 'd> {
             received: VecDeque::new(),
             truths: VecDeque::new(),
             boot_us: chip.now_us.get(),
+            first_sample: 0,
             unsound_us: None,
             health: [0; HEALTH],
             judge,

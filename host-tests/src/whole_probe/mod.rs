@@ -41,7 +41,7 @@ use meerkat_mwd::{
     emulation::{Conversions, ModelledParts, Recording, RecordingPlayer},
     storage::{Limits, ModelStore, NotDrilling, Preparation},
     survey::Surveyor,
-    telemetry::{ResetReason, StreamConfig},
+    telemetry::{CounterStore, ResetReason, StreamConfig},
 };
 use proportions::{ATTACK, CALM, Proportions, WHOLE_DAY};
 use std::{
@@ -212,11 +212,12 @@ fn power_up(
     let mut queue = SampleQueue::new();
     let (producer, waiting) = queue.split();
     let mut place = MaybeUninit::uninit();
-    let memory = Memory::start(&mut place, ChipFlash(chip), &settings.config, || chip.feed());
+    let mut memory = Memory::start(&mut place, ChipFlash(chip), &settings.config, || chip.feed());
     if !chip.is_dead() {
         day.tally.checked(Violation::StorageRefused);
-        if memory.is_none() {
-            day.tally.violated(Violation::StorageRefused, String::new);
+        match memory.as_mut().map(|memory| memory.read()) {
+            Some(Ok(counter)) => day.host.counter_is(counter, &mut day.tally),
+            _ => day.tally.violated(Violation::StorageRefused, String::new),
         }
     }
     let before = Round { erased: chip.erased_us.borrow().len(), ..Round::default() };

@@ -22,7 +22,7 @@ pub enum Violation {
     Forged,
     /// Calibration is not changed while drilling.
     ChangedWhileDrilling,
-    /// Nothing is erased while drilling, but before the first sample.
+    /// Nothing is erased while drilling, but before the first sample of a start.
     ErasedWhileDrilling,
     /// The model that is restored was completed.
     ModelNotCompleted,
@@ -50,7 +50,7 @@ pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::Replayed, "a command of the owner is carried out once"),
     (Violation::Forged, "nobody else's command is, that needs the key"),
     (Violation::ChangedWhileDrilling, "calibration is not changed while drilling"),
-    (Violation::ErasedWhileDrilling, "nothing is erased while drilling"),
+    (Violation::ErasedWhileDrilling, "nothing is erased while drilling, but before the first sample of a start"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
     (Violation::StorageRefused, "a flash that can be read is used"),
     (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),

@@ -110,9 +110,13 @@ impl Run {
     /// Systematic rate errors over the whole run, deg/s: of bias only, of the report's fit, and of what it
     /// flies.
     pub fn rate_errors_deg_s(&self, report: &WindowReport) -> [f64; 3] {
+        [report.bias_only, report.fitted, report.flown].map(|model| self.rate_error_deg_s(&model))
+    }
+
+    /// Systematic rate error of a model over the run, deg/s.
+    pub fn rate_error_deg_s(&self, model: &GyroModel) -> f64 {
         let rates = self.trace.true_rate.as_ref().unwrap();
-        [report.bias_only, report.fitted, report.flown]
-            .map(|model| systematic_rate_error_rad_s(&self.truth.gyro, &model, rates).unwrap().to_degrees())
+        systematic_rate_error_rad_s(&self.truth.gyro, model, rates).unwrap().to_degrees()
     }
 
     /// Returns true if the report's P flies and leaves at most a tenth of the rate error of bias only. Accuracy of a

@@ -39,3 +39,21 @@ fn no_point_of_the_search_box_costs_less_than_the_mean_of_nodes_that_are_all_ali
     let after = lowest(&centre);
     assert!(after > 0.0 && centre.share > 0.03, "{after} {}", centre.share);
 }
+
+/// Two unknowns whose sum is known far better than either, by more than `f32` holds.
+#[test]
+fn a_covariance_that_rounding_has_made_singular_still_has_a_cost() {
+    let mut covariance = [0.0; 78];
+    (0..GYRO).for_each(|i| covariance[i * (i + 3) / 2] = 0.01);
+    covariance[1] = -0.01;
+    assert!(information(&covariance, 0.0).is_none());
+    let centre = Centre::new(&rows(), &[0.0; GYRO], &covariance, 1.0).unwrap();
+    let deviation = |x: f32, y: f32| {
+        let length = libm::sqrtf(x * x + y * y);
+        let whitened = centre.factor.times_upper(&core::array::from_fn(|i| [x, y].get(i).map_or(0.0, |x| x / length)));
+        1.0 / libm::sqrtf(dot(&whitened, &whitened))
+    };
+    // The difference has the variance 2 x 0.01 along its unit vector.
+    let (sum, difference) = (deviation(1.0, 1.0), deviation(1.0, -1.0));
+    assert!(sum < 1e-3 && (difference - 0.1414).abs() < 1e-3, "{sum} {difference}");
+}
