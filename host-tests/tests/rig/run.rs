@@ -7,6 +7,7 @@ use super::{
 use meerkat_mwd::{
     Config, Sample,
     attitude::AttitudeFlags,
+    compensation::GyroModel,
     compensation::effects::LIBRARY,
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
