@@ -277,7 +277,11 @@ fn averaged(second: &Second, settings: &Settings) -> Vec<f64> {
         100.0 * (log - of_all).exp(),
         100.0 * (mean - full).amax()
     );
-    mean.iter().enumerate().map(|(k, x)| x + f64::from(u8::from(k % 4 == 0))).collect()
+    let d = Matrix3::from_row_slice(mean.as_slice());
+    let turn = 0.5 * (d - d.transpose());
+    let p = Rotation3::from_scaled_axis(Vector3::new(turn.m32, turn.m13, turn.m21)).into_inner()
+        * (Matrix3::identity() + 0.5 * (d + d.transpose()));
+    p.transpose().iter().copied().collect()
 }
 
 /// The library's own mean of P, before it is averaged, as a deviation; and its posterior.
