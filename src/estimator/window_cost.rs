@@ -45,15 +45,18 @@ const BOUND_NODES: usize = 4;
 /// Information matrix of P and b.
 type Information = Packed<12, 78>;
 
-/// Shares of their variances that all unknowns gain, one after the other, until the covariance has an inverse in `f32`:
-/// scales may be known ten thousand times better than a turn, to which the squares' rounding, 6e-8, comes near.
-const ROUNDINGS: [f32; 4] = [0.0, 1e-6, 1e-5, 1e-4];
+/// Shares of the largest variance that all variances gain, one after the other, until the covariance has an inverse in
+/// `f32`. Its elements are sums that round to 6e-8 of their largest part, and a scale may be known to a ten-millionth of
+/// the variance of a turn that it goes with.
+const ROUNDINGS: [f32; 4] = [0.0, 1e-7, 1e-6, 1e-5];
 
-/// Inverse of the covariance, whose variances are larger by a share; `None` if it is not positive definite.
+/// Inverse of the covariance, whose variances are larger by a share of the largest; `None` if it is not positive
+/// definite.
 fn information(covariance: &[f32; 78], share: f32) -> Option<Information> {
     let mut covariance = Packed::<12, 78>(*covariance);
+    let largest = (0..GYRO).map(|i| covariance.get(i, i)).fold(0.0, |most, x| if x > most { x } else { most });
     for i in 0..GYRO {
-        covariance.add(i, i, share * covariance.get(i, i));
+        covariance.add(i, i, share * largest);
     }
     let covariance = covariance.cholesky()?;
     let mut information = Packed::zero();
