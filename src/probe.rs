@@ -185,7 +185,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         Some(Output {
             t_us,
             rate_rad_s: stepped.rate_rad_s.into(),
-            attitude: self.pipeline.filter.attitude(stepped.flags),
+            attitude: self
+                .pipeline
+                .filter
+                .attitude_by_corrected_force(stepped.flags, Some(&stepped.force_variances_m2_s4)),
         })
     }
 

@@ -194,6 +194,7 @@ impl AttitudeFilter {
         };
         let (before, now) = (angle_rad(unread_s - dt_s), angle_rad(unread_s));
         self.inflate(libm::sqrtf(now * now - before * before));
+        self.tilt.interrupt(unread_s);
     }
 
     /// Passes over a gap of `dt_s` seconds, from the body rate before it (compensated, relative to the earth) to the
@@ -227,6 +228,7 @@ impl AttitudeFilter {
         }
         self.change.interrupt();
         self.force_change.interrupt();
+        self.tilt.interrupt(dt_s);
         true
     }
 
@@ -246,6 +248,7 @@ impl AttitudeFilter {
         self.state.propagation.interrupt();
         self.motion.rest = RestTracker::new();
         self.tilt.lost = self.tilt.lost || angle_rad > LOST_RAD;
+        self.tilt.interrupt(dt_s);
         self.sample.after_gap = true;
         self.sample.step_s = 0.0;
     }
@@ -472,19 +475,33 @@ impl AttitudeFilter {
         }
     }
 
-    /// Sets the variance on an axis of a magnet's offset that is taken out of the field, microtesla^2.
+    /// Sets the variance on an axis of what effects and magnets take out of the field, microtesla^2.
     pub(crate) const fn field_offset_known(&mut self, variance_ut2: f32) {
         self.sensors.mag_offset_variance_ut2 = variance_ut2;
     }
 
     /// Returns the attitude now, with the sample's flags and the filter's own; `None` before the first
     /// alignment. Its sigmas are those of the last filter step, at most 50 ms old.
-    pub fn attitude(&mut self, mut flags: AttitudeFlags) -> Option<Attitude> {
+    pub fn attitude(&mut self, flags: AttitudeFlags) -> Option<Attitude> {
+        self.attitude_by_corrected_force(flags, None)
+    }
+
+    /// The same where something is taken out of the specific force: its variances on the body's axes, (m/s^2)^2.
+    // Inlined: a probe that takes out nothing has no code for it.
+    #[inline(always)]
+    pub(crate) fn attitude_by_corrected_force(
+        &mut self,
+        mut flags: AttitudeFlags,
+        taken_out_m2_s4: Option<&Vector3<f32>>,
+    ) -> Option<Attitude> {
         if !self.tilt.aligned {
             return None;
         }
         if self.report.is_stale {
-            let covariance = self.attitude_covariance();
+            let mut covariance = self.attitude_covariance();
+            if let Some(variances_m2_s4) = taken_out_m2_s4 {
+                self.add_lean(&mut covariance, variances_m2_s4);
+            }
             self.report.refresh_sigmas(&self.state, &covariance);
         }
         flags.set(AttitudeFlags::NO_HEADING, !self.heading.is_observed());
@@ -498,6 +515,21 @@ impl AttitudeFilter {
             flags.insert(AttitudeFlags::MAG_UNUSED);
         }
         Some(self.report.attitude(&self.state, flags, &self.settings))
+    }
+
+    /// Adds the tilt by which a force of these variances on the body's axes, (m/s^2)^2, leans.
+    #[inline(never)]
+    fn add_lean(&self, covariance: &mut Matrix3<f32>, variances_m2_s4: &Vector3<f32>) {
+        if *variances_m2_s4 == Vector3::zeros() {
+            return;
+        }
+        let square = self.settings.earth.gravity_m_s2 * self.settings.earth.gravity_m_s2;
+        let to_ned = &self.state.rotation;
+        let force = to_ned * Matrix3::from_diagonal(variances_m2_s4) * to_ned.transpose() / square;
+        covariance.m11 += force.m22;
+        covariance.m22 += force.m11;
+        covariance.m12 -= force.m12;
+        covariance.m21 -= force.m21;
     }
 
     /// Covariance of the attitude error, NED, rad^2: the filter's own, and errors that are no states of it.

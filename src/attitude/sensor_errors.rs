@@ -24,7 +24,7 @@ pub(super) struct SensorErrors {
     pub scale_sigma: f32,
     /// Variance of the magnetometer's delay against the gyro, s^2.
     pub mag_timing_variance_s2: f32,
-    /// Variance on an axis of a magnet's offset that was taken out of the field, microtesla^2.
+    /// Variance on an axis of what was taken out of the field, effects and a magnet's offset, microtesla^2.
     pub mag_offset_variance_ut2: f32,
     /// Variance of the gyro's delay, in squared sample periods.
     pub gyro_timing_variance: f32,

@@ -36,6 +36,9 @@ const VELOCITY_GATE: f32 = 3.0;
 /// Time over which the first tilt averages the force, seconds: a quarter of the time that a start may take; a shock
 /// takes hundredths of a second.
 const ALIGNMENT_S: f32 = 0.5;
+/// Longest silence of the gyro that a first tilt averages over, seconds: a filter step. A string that turns at 6 rad/s
+/// goes on by less than 0.3 rad in it, within which the equations are linear.
+const SHORT_SILENCE_S: f32 = 0.05;
 /// Smoothing of the force that is checked against the attitude, and the time for which it must contradict,
 /// seconds: a hand's motion averages out over its swing.
 const CONTRADICTION_S: f32 = 2.0;
@@ -97,6 +100,12 @@ impl Tilt {
     /// Returns true once the tilt has averaged the force for long enough.
     pub const fn is_settled(&self) -> bool {
         self.aligned_s >= ALIGNMENT_S
+    }
+
+    /// Has the next force give a tilt anew that is still averaged, after `silent_s` seconds without a rate: the mean would
+    /// span a turn that was not seen.
+    pub const fn interrupt(&mut self, silent_s: f32) {
+        self.lost = self.lost || (silent_s > SHORT_SILENCE_S && self.aligned && !self.is_settled());
     }
 
     /// Returns true while gravity bounds the bias that a field may correct.

@@ -48,6 +48,8 @@ pub(super) struct Stepped {
     /// Raw rate less the earth's, calibrated force, and calibrated field less magnets; effects are not taken out.
     pub readings: [Reading; 3],
     pub rate_rad_s: Vector3<f32>,
+    /// Variances on the body's axes of what is taken out of the force, (m/s^2)^2.
+    pub force_variances_m2_s4: Vector3<f32>,
     pub flags: AttitudeFlags,
 }
 
@@ -129,13 +131,15 @@ impl<T: TakenOut> Pipeline<T> {
             self.unread_s += step_s;
             self.filter.unread(step_s, self.unread_s);
         }
-        self.filter.field_offset_known(self.watch.offset_variances_ut2().sum() / 3.0);
+        let taken_out =
+            self.taken_out_variances(library, [corrected.rate_rad_s, corrected.force_m_s2, corrected.field_ut]);
+        self.filter.field_offset_known(taken_out[1].sum() / 3.0);
         let if_usable = |reading: &Reading, v: Vector3<f32>| matches!(reading, Reading::Usable(_)).then_some(v);
         self.filter
             .observe(if_usable(&accel, corrected.force_m_s2).as_ref(), if_usable(&mag, corrected.field_ut).as_ref());
         let readings = [gyro, accel, mag];
         self.calibrated = Calibrated::of(sample, readings, &corrected);
-        Stepped { readings, rate_rad_s: rate, flags }
+        Stepped { readings, rate_rad_s: rate, force_variances_m2_s4: taken_out[0], flags }
     }
 
     /// Survey's input of the last sample, which gave `output`.
@@ -144,9 +148,15 @@ impl<T: TakenOut> Pipeline<T> {
     pub fn survey_input(&self, library: &[&dyn Effect], sample: &Sample, output: &Output) -> SurveyInput {
         let kept = &self.calibrated;
         let readings = [output.rate_rad_s, kept.force_m_s2, kept.field_ut].map(Vector3::from);
-        let [of_force, of_field] = self.corrector.taken_out.vector_variances(library, readings);
-        let taken_out = [of_force, of_field + self.watch.offset_variances_ut2()];
+        let taken_out = self.taken_out_variances(library, readings);
         input_of(kept, &self.filter.residual_bias_rad_s(), taken_out, (sample, output))
+    }
+
+    /// Variances on the body's axes of what effects and magnets take out of force and field, (m/s^2)^2 and microtesla^2,
+    /// at these corrected readings of rate, force and field.
+    fn taken_out_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
+        let [of_force, of_field] = self.corrector.taken_out.vector_variances(library, readings);
+        [of_force, of_field + self.watch.offset_variances_ut2()]
     }
 
     /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is

@@ -399,3 +399,67 @@ fn the_heading_is_no_more_certain_than_the_offset_that_is_taken_out_of_the_field
     let [without, with] = [0.0, 4.0].map(sigma);
     assert!(without < 0.05 && (0.09..0.15).contains(&with), "{without} {with}");
 }
+
+/// An accelerometer's bias that is known to 0.1 m/s^2 leans the tilt by a hundredth of a radian where its axis is level,
+/// and not where it points up.
+#[test]
+fn the_tilt_is_no_more_certain_than_the_force_that_is_taken_out() {
+    let sigma = |variances: [f32; 3]| {
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
+        // The tool axis z leans by 30 deg to the north.
+        let level = exp_matrix(&Vector3::new(0.0, -0.5, 0.0));
+        for _ in 0..12_000 {
+            filter.propagate(0.005, &Vector3::zeros());
+            let body = |v: [f32; 3]| level * Vector3::from(v);
+            filter.observe(Some(&body([0.0, 0.0, -GRAVITY_M_S2])), Some(&body([20.0, 0.0, 44.0])));
+        }
+        let taken_out = Vector3::from(variances);
+        filter.attitude_by_corrected_force(AttitudeFlags::empty(), Some(&taken_out)).unwrap().sigma_inclination_rad
+    };
+    let [without, about, along] = [[0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]].map(sigma);
+    // The inclination turns about east, on which the bias of x acts with cos(0.5 rad).
+    let expected = libm::hypotf(without, 0.1 * libm::cosf(0.5) / GRAVITY_M_S2);
+    assert!((about / expected - 1.0).abs() < 0.02, "{about} {expected}");
+    assert!((along / without - 1.0).abs() < 0.02, "{along} {without}");
+}
+
+/// The first tilt is a mean over half a second; a turn that the gyro has missed in it starts it over.
+#[test]
+fn a_turn_in_a_silence_while_the_first_tilt_is_averaged_starts_it_over() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(20);
+    let mut uniform = |from: f32, to: f32| from + (to - from) * (generator.next_u32() as f32 / u32::MAX as f32);
+    for run in 0..50 {
+        let (rate, mut toolface) = (Vector3::new(0.0, 0.0, uniform(-6.0, 6.0)), uniform(-3.0, 3.0));
+        let silent_from = uniform(0.05, 0.45);
+        let silent_to = silent_from + uniform(0.06, 0.25);
+        let lean = exp_matrix(&Vector3::new(0.0, uniform(0.3, 1.2), 0.0));
+        let config = Config::default();
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config.identification.motion);
+        let (mut unread_s, mut compared) = (0.0, 0);
+        for k in 0..600_u16 {
+            let t_s = f32::from(k) * 0.005;
+            // It stands before the silence, and turns from its beginning on.
+            let (is_silent, is_read) = ((silent_from..silent_to).contains(&t_s), t_s >= silent_to);
+            toolface += if is_silent || is_read { rate.z * 0.005 } else { 0.0 };
+            filter.propagate(0.005, &if is_read { rate } else { Vector3::zeros() });
+            if is_silent {
+                unread_s += 0.005;
+                filter.unread(0.005, unread_s);
+            }
+            let to_body = (lean * exp_matrix(&Vector3::new(0.0, 0.0, toolface))).transpose();
+            let force = to_body * Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
+            let field = to_body * Vector3::new(20.0, 0.0, 44.0);
+            filter.observe((!is_silent).then_some(&force), Some(&field));
+            let Some(attitude) = filter.attitude(AttitudeFlags::empty()) else { continue };
+            let off = libm::remainderf(attitude.gravity_toolface_rad - toolface, core::f32::consts::TAU).abs();
+            if is_read && attitude.flags.is_empty() {
+                compared += 1;
+                assert!(off < 4.0 * attitude.sigma_toolface_rad, "run {run}, {t_s} s: {off} {attitude:?}");
+            }
+        }
+        assert!(compared > 200, "run {run}: {compared}");
+    }
+}
