@@ -37,7 +37,7 @@ const VELOCITY_GATE: f32 = 3.0;
 /// takes hundredths of a second.
 const ALIGNMENT_S: f32 = 0.5;
 /// Longest silence of the gyro that a first tilt averages over, seconds: a filter step. A string that turns at 6 rad/s
-/// goes on by less than 0.3 rad in it, within which the equations are linear.
+/// goes on by 0.3 rad in it, up to which the linear equations hold (`LOST_RAD`).
 const SHORT_SILENCE_S: f32 = 0.05;
 /// Smoothing of the force that is checked against the attitude, and the time for which it must contradict,
 /// seconds: a hand's motion averages out over its swing.
