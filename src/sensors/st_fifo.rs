@@ -5,6 +5,8 @@ use super::{Burst, Frame};
 /// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte
 /// first.
 pub(super) const WORD: usize = 7;
+/// What a line reads that nobody drives.
+const IDLE: u8 = 0xFF;
 /// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;
 
@@ -65,23 +67,26 @@ impl StFifo {
 
     /// Pairs the words in `bytes` into frames; `left` words are still in the part.
     pub fn take(&mut self, bytes: &[u8], mut left: u16, burst: &mut Burst<2>) {
-        for word in bytes.as_chunks::<WORD>().0 {
+        let mut words = bytes.as_chunks::<WORD>().0.iter().peekable();
+        while let Some(word) = words.next() {
             if word == &[0; WORD] {
                 // A word of zeros: the FIFO held fewer words than its level said.
                 burst.corrupt = burst.corrupt.saturating_add(1);
                 left = 0;
                 break;
             }
-            self.word(word, burst);
+            // A line that idles through the next word may have begun to within this one.
+            let may_be_cut = word.ends_with(&[IDLE]) && words.peek() == Some(&&[IDLE; WORD]);
+            self.word(word, may_be_cut, burst);
         }
         let open = u16::from(self.open.is_some());
         burst.left = (left + open) / WORDS_OF_A_FRAME;
     }
 
-    fn word(&mut self, &[tag, x0, x1, y0, y1, z0, z1]: &[u8; WORD], burst: &mut Burst<2>) {
+    fn word(&mut self, &[tag, x0, x1, y0, y1, z0, z1]: &[u8; WORD], may_be_cut: bool, burst: &mut Burst<2>) {
         let codes = [[x0, x1], [y0, y1], [z0, z1]].map(|bytes| i32::from(i16::from_le_bytes(bytes)));
         let sensor = tag >> 3;
-        let sound = !self.has_parity || tag.count_ones().is_multiple_of(2);
+        let sound = !may_be_cut && (!self.has_parity || tag.count_ones().is_multiple_of(2));
         let slot = (sound && (sensor == self.gyro_tag || sensor == self.accel_tag)).then_some(tag >> 1 & 3);
         if slot.is_none() {
             burst.corrupt = burst.corrupt.saturating_add(1);
@@ -108,3 +113,6 @@ impl StFifo {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
