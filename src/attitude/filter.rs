@@ -1,11 +1,12 @@
 //! Attitude filter: the order of the work in a filter step. Its parts (tilt, heading, motion, agreement) are one file
 //! each.
 
+mod estimated;
+mod stated;
+
 use super::{
-    Attitude, AttitudeFlags,
     agreement::Agreement,
-    consistency::Consistency,
-    error_state::{BIAS, HEADING, VELOCITY},
+    error_state::{BIAS, VELOCITY},
     filter_step::FilterStep,
     gyro_scale,
     heading::{Conditions, Heading, LOST_RAD},
@@ -20,13 +21,11 @@ use super::{
 };
 use crate::{
     change::{Change, FORCE_M_S3, RATE_RAD_S2, UNREAD_RATE_TIME_S, UNSEEN_RATE_RAD_S},
-    compensation::GyroModel,
     config::{self, AttitudeConfig, Earth},
-    estimator::KnownAttitude,
-    rotation::{exp_quaternion, quaternion, rotate_back},
+    rotation::rotate_back,
 };
 use core::f32::consts::PI;
-use nalgebra::{Matrix3, Quaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// Duration of one filter step, seconds: half the shortest correlation time among the modelled errors (0.1 s).
 /// Shorter steps add no information, because rotation within a step is removed sample by sample.
@@ -391,74 +390,9 @@ impl AttitudeFilter {
         self.report.is_stale = true;
     }
 
-    /// Swaps the gyro model. The attitude stays. While P stays, so does the total bias: the residual one takes
-    /// the difference and keeps its deviation, so that the filter alone owns the bias. With a P that differs from what
-    /// the filter has found of the scale by more than the gyro's stated error, and its own, the residual bias is
-    /// dropped, because it was partly P's error, and the new model's deviations (P row-major, then b, rad/s) replace
-    /// the configured ones where they are smaller. Before the first alignment no bias stays: none has been learnt.
-    pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
-        if !self.started {
-            return;
-        }
-        let Self { state, heading, settings, motion, .. } = self;
-        let before = state.bias_rad_s;
-        self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, settings);
-        if !self.tilt.aligned {
-            state.bias_rad_s = Vector3::zeros();
-        }
-        motion.slow_turn.model_changed(&(state.bias_rad_s - before), old.p == new.p);
-        self.report.is_stale |= old.p != new.p;
-    }
-
     /// Restarts the average of the field's reference, after a change of the effects taken out of the field.
     pub const fn field_changed(&mut self) {
         self.heading.relearn_reference();
-    }
-
-    /// Returns true while the attitude is doubted: from a change of the gyro model that showed the former one wrong until
-    /// [`AttitudeFilter::compare`].
-    pub(crate) const fn is_doubted(&self) -> bool {
-        self.is_doubted
-    }
-
-    /// Marks this instant, for which the estimator is asked for its attitude.
-    pub(crate) const fn mark(&mut self) {
-        self.state.propagation.mark();
-    }
-
-    /// Goes on from the estimator's attitude at the mark, with its covariance, if the estimator's tilt is more certain
-    /// than the filter's and gravity does not contradict it; its heading is taken only if that is more certain, too.
-    /// Does nothing without a mark, which a gap removes.
-    pub(crate) fn compare(&mut self, known: &KnownAttitude) {
-        let Self { state, heading, settings, .. } = self;
-        let north = Vector3::new(0.0, 0.0, settings.earth.declination_rad.unwrap_or(0.0));
-        let rotation = exp_quaternion(&north) * quaternion(&known.rotation);
-        let Some(by) = state.propagation.since_mark(&rotation) else { return };
-        self.is_doubted = false;
-        let tilt = state.errors.variance(0) + state.errors.variance(1);
-        let known_tilt = known.covariance.m11 + known.covariance.m22;
-        // An estimator that a fault has just made start anew can be wrong by more than it says.
-        let is_sound = self.tilt.aligned && !self.tilt.contradicts(&by, 0.5 * known_tilt);
-        if known_tilt >= tilt || !is_sound {
-            return;
-        }
-        // The field that the filter read since the mark may give the heading better.
-        if known.covariance.m33 < state.errors.variance(HEADING) {
-            heading.settle();
-            state.propagation.turn(&by);
-            state.errors.reset_attitude(&known.covariance);
-            state.consistency = Consistency::new();
-        } else {
-            state.propagation.turn(&without_twist(&by));
-            state.errors.reset_tilt(&known.covariance);
-            state.consistency.note_added([1.0, 0.0]);
-        }
-        state.bias_rad_s = Vector3::zeros();
-        state.reset_bias(&settings.config);
-        state.refresh_rotation();
-        self.tilt.believe();
-        self.stop();
-        self.report.is_stale = true;
     }
 
     /// Sets whether the gyro's delay is known. If not, the attitude is uncertain by the turn of half a sample
@@ -479,97 +413,6 @@ impl AttitudeFilter {
     pub(crate) const fn field_offset_known(&mut self, variance_ut2: f32) {
         self.sensors.mag_offset_variance_ut2 = variance_ut2;
     }
-
-    /// Returns the attitude now, with the sample's flags and the filter's own; `None` before the first
-    /// alignment. Its sigmas are those of the last filter step, at most 50 ms old.
-    pub fn attitude(&mut self, flags: AttitudeFlags) -> Option<Attitude> {
-        self.attitude_by_corrected_force(flags, None)
-    }
-
-    /// The same where something is taken out of the specific force: its variances on the body's axes, (m/s^2)^2.
-    // Inlined: a probe that takes out nothing has no code for it.
-    #[inline(always)]
-    pub(crate) fn attitude_by_corrected_force(
-        &mut self,
-        mut flags: AttitudeFlags,
-        taken_out_m2_s4: Option<&Vector3<f32>>,
-    ) -> Option<Attitude> {
-        if !self.tilt.aligned {
-            return None;
-        }
-        if self.report.is_stale {
-            let mut covariance = self.attitude_covariance();
-            if let Some(variances_m2_s4) = taken_out_m2_s4 {
-                self.add_lean(&mut covariance, variances_m2_s4);
-            }
-            self.report.refresh_sigmas(&self.state, &covariance);
-        }
-        flags.set(AttitudeFlags::NO_HEADING, !self.heading.is_observed());
-        if core::mem::take(&mut self.sample.after_gap) {
-            flags.insert(AttitudeFlags::AFTER_GAP);
-        }
-        if !(self.sample.accel_seen && self.tilt.force_used) {
-            flags.insert(AttitudeFlags::ACCEL_UNUSED);
-        }
-        if !(self.sample.mag_seen && self.heading.is_corrected()) {
-            flags.insert(AttitudeFlags::MAG_UNUSED);
-        }
-        Some(self.report.attitude(&self.state, flags, &self.settings))
-    }
-
-    /// Adds the tilt by which a force of these variances on the body's axes, (m/s^2)^2, leans.
-    #[inline(never)]
-    fn add_lean(&self, covariance: &mut Matrix3<f32>, variances_m2_s4: &Vector3<f32>) {
-        if *variances_m2_s4 == Vector3::zeros() {
-            return;
-        }
-        let square = self.settings.earth.gravity_m_s2 * self.settings.earth.gravity_m_s2;
-        let to_ned = &self.state.rotation;
-        let force = to_ned * Matrix3::from_diagonal(variances_m2_s4) * to_ned.transpose() / square;
-        covariance.m11 += force.m22;
-        covariance.m22 += force.m11;
-        covariance.m12 -= force.m12;
-        covariance.m21 -= force.m21;
-    }
-
-    /// Covariance of the attitude error, NED, rad^2: the filter's own, and errors that are no states of it.
-    #[inline(never)]
-    fn attitude_covariance(&self) -> Matrix3<f32> {
-        let tilt = self.settings.config.accel_sigma_m_s2 / self.settings.earth.gravity_m_s2;
-        let turned = self.turned_field.doubt();
-        let doubt = self.tilt.doubt_rad.component_mul(&self.tilt.doubt_rad);
-        let (north, east) = (tilt * tilt + turned + doubt.x, tilt * tilt + turned + doubt.y);
-        let mut covariance = self.state.errors.attitude_covariance();
-        // Before a gyro model is identified, its errors are larger than innovations have shown.
-        if self.state.scale.is_identified {
-            covariance = self.state.consistency.stated(&covariance, self.heading.constant_variance());
-        } else {
-            covariance.m33 += self.heading.constant_variance();
-        }
-        covariance.m11 += north;
-        covariance.m22 += east;
-        covariance.m33 += self.heading.doubt() + turned;
-        // A tilt that the force contradicts turns the heading that the field gave by the tangent of its dip.
-        let (_, sine, cosine) = self.heading.reference().dip();
-        if self.tilt.has_long_been_doubted() && self.heading.is_observed() && cosine > 0.0 {
-            covariance.m33 += (doubt.x + doubt.y) * (sine * sine) / (cosine * cosine);
-        }
-        let timing_variance = self.sensors.gyro_timing_variance;
-        if timing_variance > 0.0 {
-            let turn = self.state.rotation * (self.sample.rate_rad_s * self.sample.step_s);
-            covariance += turn * turn.transpose() * timing_variance;
-        }
-        covariance
-    }
-}
-
-/// Rotation without its turn about the vertical; half a turn about a horizontal axis is returned unchanged.
-fn without_twist(by: &Quaternion<f32>) -> Quaternion<f32> {
-    let square = by.w * by.w + by.k * by.k;
-    if square < 1e-6 {
-        return *by;
-    }
-    Quaternion::new(by.w, 0.0, 0.0, -by.k) * (1.0 / libm::sqrtf(square)) * by
 }
 
 impl Default for AttitudeFilter {

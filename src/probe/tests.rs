@@ -197,6 +197,66 @@ fn another_library_takes_effect_with_the_next_configuration() {
     assert!(probe.effects().is_empty());
 }
 
+/// A bias of the accelerometer leans the tilt by its share of gravity, iron turns the heading by its share of the
+/// horizontal field: by as much as is not known of what is taken out the attitude is uncertain.
+#[cfg(feature = "storage")]
+#[test]
+fn attitudes_are_no_more_certain_than_what_is_taken_out() {
+    use crate::storage::{StoreReason, StoredModel, fingerprint};
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let sigmas = |name: &str, sigma: f32| {
+        let index = effects::LIBRARY.iter().position(|effect| effect.name() == name).unwrap();
+        let mut found = crate::compensation::FoundEffect { index: index as u8, ..Default::default() };
+        // A parameter of zero is not taken out.
+        found.parameters[..3].fill(1e-6);
+        found.sigma[..3].fill(sigma);
+        let mut taken_out = crate::compensation::ActiveEffects::none();
+        assert!(taken_out.add(found));
+        let model = StoredModel {
+            gyro: config.gyro,
+            sigma: [1e-4; 12],
+            effects: taken_out,
+            library: fingerprint(&effects::LIBRARY, &config),
+            temperature_c: None,
+            t_us: 1,
+            reason: StoreReason::Command,
+        };
+        let mut probe = Box::new(Probe::new());
+        probe.configure(&config).unwrap();
+        probe.restore(&model).unwrap();
+        let to_body = UnitQuaternion::<f64>::from_euler_angles(0.3, -0.5, 0.7).inverse();
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(13);
+        let mut read = |v: Vector3<f64>, width: f64| -> [f32; 3] {
+            (to_body * v)
+                .map(|x| (x + width * (f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5)) as f32)
+                .into()
+        };
+        let mut last = None;
+        for k in 0..2_000 {
+            let sample = Sample {
+                t_us: k * PERIOD_US,
+                gyro_rad_s: read(Vector3::zeros(), 0.004),
+                accel_m_s2: read(Vector3::new(0.0, 0.0, -9.806_65), 0.05),
+                mag_ut: read(Vector3::new(20.0, 0.0, 45.0), 0.5),
+                temperature_c: 30.0,
+                flags: SampleFlags::empty(),
+            };
+            last = probe.push(&sample).and_then(|output| output.attitude);
+        }
+        let attitude = last.unwrap();
+        [attitude.sigma_inclination_rad, attitude.sigma_azimuth_rad]
+    };
+    let [inclination, _] = sigmas("accel_bias", 0.0);
+    let [leant, _] = sigmas("accel_bias", 0.1);
+    let expected = libm::hypotf(inclination, 0.1 / 9.806_65);
+    assert!((leant / expected - 1.0).abs() < 0.05, "{leant} {expected}");
+    let [_, azimuth] = sigmas("hard_iron", 0.0);
+    let [_, turned] = sigmas("hard_iron", 2.0);
+    let expected = libm::hypotf(azimuth, 2.0 / 20.0);
+    // Part of it counts twice: in the mean of the field, and as an error of each reading.
+    assert!((1.0..1.2).contains(&(turned / expected)), "{turned} {expected}");
+}
+
 #[test]
 fn lost_samples_turn_the_attitude_by_less_than_it_says() {
     let latency = Latency { gyro_s: Some(0.0), accel_s: Some(0.0), mag_s: Some(0.0) };

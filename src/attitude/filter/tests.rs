@@ -3,8 +3,12 @@
 use super::*;
 use crate::{
     Config,
-    rotation::{exp_matrix, matrix},
+    attitude::{AttitudeFlags, error_state::HEADING},
+    compensation::GyroModel,
+    estimator::KnownAttitude,
+    rotation::{exp_matrix, exp_quaternion, matrix},
 };
+use nalgebra::Quaternion;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
