@@ -128,3 +128,9 @@ pub fn si(change: [fn([f64; 3]) -> [f64; 3]; 3]) -> String {
     written.extend(names.into_iter().zip(&functions).map(|(name, function)| (name, function as &dyn Fn(&Sample) -> _)));
     rows(&original().samples, &written, ',', '.')
 }
+
+/// What was lost of the only file is told as a note of the trace.
+pub fn is_told_as_lost(told: &Import, what: &str) {
+    let [lost] = &told.lost[..] else { panic!("{:?}", told.lost) };
+    assert!(lost.contains(what) && told.trace.notes.contains(lost), "{lost}: {:?}", told.trace.notes);
+}

@@ -5,9 +5,14 @@
 mod rig;
 
 mod files;
-mod formats;
 mod habits;
+mod mat;
+mod mcap;
+mod own_times;
+mod parquet;
 mod plain_traces;
 mod refused;
+mod text_tables;
 mod tool;
+mod ulog;
 mod uncalibrated;
