@@ -47,7 +47,7 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Opens the ring and makes it ready, in the RAM of `place`. Call it before the first sample: it may have to
-    /// erase.
+    /// erase. `None`: the flash cannot be read, or has fewer than three sectors.
     #[inline(never)]
     pub fn start<'a>(
         place: &'a mut MaybeUninit<Self>,

@@ -1,5 +1,8 @@
 //! The probe's program, the same on every board: samples first, then one bounded piece of identification or
 //! diagnosis, then telemetry, then sleep.
+//!
+//! A `main` calls [`factory_records`], `data_sheet` and [`factory_config`] for its [`Settings`], [`Memory::start`],
+//! [`Application::start`], lets the sample clock call `Sensors::read`, and then [`Application::turn`] for ever.
 
 mod acquisition;
 mod board;
@@ -57,13 +60,13 @@ const SILENT_US: u64 = 1_000_000;
 pub struct Settings {
     /// Configuration of the pipeline.
     pub config: Config,
-    /// Configuration of the surveys.
+    /// Configuration of the surveys; that of `config` does not count.
     pub survey: SurveyConfig,
     /// Configuration of the line.
     pub stream: StreamConfig,
     /// True if raw samples are sent from the start.
     pub recording: bool,
-    /// The key of commands that need one; `None`: none was provisioned.
+    /// The key of commands that need one, which the start hands to [`Commands`]; `None`: none was provisioned.
     pub key: Option<[u8; 32]>,
 }
 

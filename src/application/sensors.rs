@@ -16,22 +16,23 @@ pub struct Sensors<'a, I, M> {
     magnetic: M,
     combiner: Combiner,
     acquisition: Acquisition<'a>,
-    rounds: u64,
+    tick: u64,
 }
 
 impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     /// Creates the pair. Touches no bus.
     pub fn new(inertial: I, magnetic: M, acquisition: Acquisition<'a>) -> Self {
         let combiner = Combiner::new(inertial.data().period_us);
-        Self { inertial, magnetic, combiner, acquisition, rounds: 0 }
+        Self { inertial, magnetic, combiner, acquisition, tick: 0 }
     }
 
-    /// Reads what the parts have measured since the last round. A part that fails is started anew by its source,
-    /// which counts it.
-    pub fn read(&mut self, rounds: u64, now_us: u64) {
-        let missed = rounds.saturating_sub(self.rounds).saturating_sub(1);
-        self.rounds = rounds;
-        // A missed round loses no sample: samples wait in the part's FIFO.
+    /// Reads what the parts have measured since the last tick of the sample clock. Call it at each tick, whether or not a
+    /// part has anything to say: this starts a part anew that has failed, and the watchdog is fed only while it is
+    /// called. `tick` is one higher each time, also for a tick without a call, which counts as missed.
+    pub fn read(&mut self, tick: u64, now_us: u64) {
+        let missed = tick.saturating_sub(self.tick).saturating_sub(1);
+        self.tick = tick;
+        // A missed tick loses no sample: samples wait in the part's FIFO.
         self.acquisition.served(u32::try_from(missed).unwrap_or(u32::MAX));
 
         let mut readings = Vec::<MagneticReading, BURST_FRAMES>::new();

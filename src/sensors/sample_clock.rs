@@ -6,7 +6,8 @@
 pub enum Trigger {
     /// Time of the part's interrupt: the newest frame was put out then.
     Interrupt,
-    /// Any time: the newest frame was put out at most one period before.
+    /// Any time: the newest frame was put out at most one period before. Its time is half a period before, and errs by up
+    /// to as much.
     #[default]
     Polled,
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::trace::{Keys, Trace as Inner, TraceError};
+use mwd::trace::{Keys, RowOrder, RowPlace, Trace as Inner, TraceError};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ndarray::Array2};
 use pyo3::{prelude::*, types::PyDict};
 
@@ -27,8 +27,8 @@ impl Trace {
     }
 
     /// A trace of arrays: times in seconds (N), rad/s (N, 3), m/s^2 (N, 3), uT (N, 3), degC (N). NaN is a
-    /// missing value. A row whose time is not after that of the row before is dropped and counted; with
-    /// `strict`, or over one in twenty, it is an error.
+    /// missing value. A row whose time is not after that of the row before, or far ahead of the rows around it, is
+    /// dropped and counted; with `strict`, or over one in twenty, it is an error.
     #[staticmethod]
     #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None, keys=Vec::new(), strict=false))]
     fn from_arrays(
@@ -58,18 +58,29 @@ impl Trace {
         if temperature.as_ref().is_some_and(|temperature| temperature.as_array().len() != count) {
             return Err(bad(format!("temperature must have {count} values, as the times")));
         }
-        let (mut last, mut first_dropped) = (None, None);
+        let (mut order, mut last, mut first_dropped) = (RowOrder::default(), (0, 0.0), None);
         for (row, time) in times.iter().enumerate() {
             let t_us = microseconds(row, *time)?;
-            if let Some(last) = last.filter(|last| t_us <= *last) {
-                if strict {
-                    return Err(bad(not_after(row, *time)));
-                }
-                *if t_us == last { &mut trace.dropped.repeated } else { &mut trace.dropped.late } += 1;
-                first_dropped.get_or_insert((row, *time));
+            if order.shows_last_ahead(t_us) {
+                trace.samples.pop();
+                trace.dropped.late += 1;
+                first_dropped.get_or_insert((last.0, far_ahead(last.0, last.1)));
+            }
+            let place = order.place(t_us);
+            match place {
+                RowPlace::Next => last = (row, *time),
+                RowPlace::Repeated => trace.dropped.repeated += 1,
+                RowPlace::Late => trace.dropped.late += 1,
+            }
+            if place != RowPlace::Next {
+                first_dropped.get_or_insert_with(|| (row, not_after(row, *time)));
+            }
+            if let Some((_, told)) = first_dropped.as_ref().filter(|_| strict) {
+                return Err(bad(told.clone()));
+            }
+            if place != RowPlace::Next {
                 continue;
             }
-            last = Some(t_us);
             let mut flags = SampleFlags::empty();
             let mut three = |values: Option<&PyReadonlyArray2<'_, f64>>, missing| {
                 let read = values.map(|values| {
@@ -98,9 +109,9 @@ impl Trace {
         if trace.samples.is_empty() {
             return Err(bad("there is no sample"));
         }
-        if let Some((row, time)) = first_dropped {
+        if let Some((row, told)) = first_dropped {
             if trace.dropped.are_too_many(trace.samples.len()) {
-                return Err(bad(format!("{}; {}", not_after(row, time), trace.dropped.told())));
+                return Err(bad(format!("{told}; {}", trace.dropped.told())));
             }
             trace.notes.push(format!("{}; the first is row {row}", trace.dropped.told()));
         }
@@ -232,6 +243,10 @@ fn microseconds(row: usize, time: f64) -> PyResult<u64> {
         return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
     }
     Ok(t_us as u64)
+}
+
+fn far_ahead(row: usize, time: f64) -> String {
+    format!("row {row}: time {time} s is far ahead of the rows around it")
 }
 
 fn not_after(row: usize, time: f64) -> String {

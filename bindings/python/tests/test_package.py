@@ -111,6 +111,13 @@ def test_late_and_repeated_rows_are_dropped_and_counted_as_in_a_file(tmp_path):
     assert of_frame.notes == ["2 rows dropped: 1 repeat a time, 1 are late; the first is row 2000"]
     of_arrays = mwd.trace(*(troubled[names].to_numpy() for names in ["t_s", ["gx", "gy", "gz"], ["ax", "ay", "az"], ["mx", "my", "mz"]]))
     assert of_arrays.dropped == (1, 1)
+    ahead = table["t_s"].to_numpy(copy=True)
+    ahead[2000] += 9000.0
+    arrays = [table[names].to_numpy() for names in [["gx", "gy", "gz"], ["ax", "ay", "az"]]]
+    of_ahead = mwd.trace(ahead, *arrays)
+    assert of_ahead.dropped == (0, 1) and len(of_ahead) == len(table) - 1
+    with pytest.raises(ValueError, match="row 2000: time 90.* is far ahead"):
+        mwd.trace(ahead, *arrays, strict=True)
     flown = mwd.replay(troubled)
     assert np.array_equal(flown.attitude()["q"], mwd.replay(table).attitude()["q"], equal_nan=True)
     assert flown.json["trace"]["dropped"] == {"repeated": 1, "late": 1}

@@ -4,7 +4,10 @@ use super::{
     resolve::{Resolved, name, unsigned},
     table::{Column, Table},
 };
-use crate::failure::Failure;
+use crate::{
+    failure::Failure,
+    trace::{RowOrder, RowPlace},
+};
 
 /// Readings of one sensor, in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,7 +20,7 @@ pub struct Series {
     pub places: Vec<usize>,
     /// Rows dropped since their time is that of the row before.
     pub repeated: usize,
-    /// Rows dropped since their time is before that of the row before.
+    /// Rows dropped since their time is before that of the row before, or far ahead of the rows around it.
     pub late: usize,
     /// Rows dropped since they have no time.
     pub without_time: usize,
@@ -72,6 +75,7 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
     let clock = (table_name.clone(), part.time.clone().unwrap_or_else(|| format!("{:?} Hz", part.rate_hz)));
     let mut series = Series { clock, ..Series::default() };
     let added = part.time_offset_s.unwrap_or(0.0);
+    let mut order = RowOrder::default();
     for (row, time) in times.iter().enumerate() {
         let value = |column: &Column| column.values.get(row).copied().unwrap_or(f64::NAN);
         if !time.is_finite() {
@@ -83,16 +87,20 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
             continue;
         }
         let t_us = ((time + added) * 1e6).round() as i64;
-        match series.t_us.last() {
-            Some(&last) if t_us == last => {
+        if order.shows_last_ahead(t_us) {
+            series.drop_last();
+            series.late += 1;
+        }
+        match order.place(t_us) {
+            RowPlace::Next => {}
+            RowPlace::Repeated => {
                 series.repeated += 1;
                 continue;
             }
-            Some(&last) if t_us < last => {
+            RowPlace::Late => {
                 series.late += 1;
                 continue;
             }
-            _ => {}
         }
         series.t_us.push(t_us);
         series.places.push(row);
@@ -107,6 +115,12 @@ pub fn series(tables: &[Table], resolved: &Resolved) -> Result<Series, Failure> 
 }
 
 impl Series {
+    fn drop_last(&mut self) {
+        self.t_us.pop();
+        self.places.pop();
+        self.rows.pop();
+    }
+
     /// Median step, microseconds; 0 for fewer than two rows.
     #[must_use]
     pub fn period_us(&self) -> i64 {

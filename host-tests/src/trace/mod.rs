@@ -9,6 +9,7 @@ mod lines;
 pub mod motion;
 mod read;
 pub mod recordings;
+mod row_order;
 mod rows;
 mod seconds;
 pub mod spool;
@@ -24,6 +25,7 @@ use meerkat_mwd::{
     config::FullScale,
     survey::{Grade, SurveyReport},
 };
+pub use row_order::{RowOrder, RowPlace};
 pub use rows::{Facts, Row, Spooled};
 
 pub(crate) use seconds::seconds;

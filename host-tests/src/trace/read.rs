@@ -11,16 +11,13 @@ use super::{
     error::{Fault, Located, TraceError, quoted},
     keys::{KeyOutcome, Keys},
     lines::{self, Lines},
+    row_order::{RowOrder, RowPlace},
     rows::Spooled,
 };
 
 /// Tolerance of a reference quaternion's norm: further from 1 it is no rotation. Rounding to a few decimals
 /// or interpolation costs well under 1 %.
 const REFERENCE_NORM_TOLERANCE: f64 = 0.05;
-
-/// Step of time after which a row is only believed when the next one is not before it: as the probe does, which refuses
-/// such a sample.
-const FAR_AHEAD_US: u64 = 10_000_000;
 
 /// Rows that are in memory before they go to a temporary file: of a trace that is no longer, all stay there. About
 /// a megabyte.
@@ -53,37 +50,38 @@ fn read_into(path: &Path, spooled: Option<Spooled>) -> Result<Trace, TraceError>
 fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> Result<Trace, Located> {
     let (columns, mut trace) = read_header(&mut lines)?;
     let mut not_rotations = 0_usize;
-    let mut last_us = None;
-    let mut doubted: Option<Doubted> = None;
+    let mut order = RowOrder::default();
+    let mut last = None;
     while let Some((line, row)) = lines.next_line()? {
         if row.is_empty() {
             continue;
         }
         let mut row = parse_row(row, line, &columns)?;
-        if let Some(Doubted { line, before_us, has_bad_reference }) = doubted {
-            let next_us = parse_time_us(row.time).unwrap_or_default();
-            if let Some(ahead_us) = last_us.filter(|ahead_us| (before_us + 1..*ahead_us).contains(&next_us)) {
-                trace.drop_last();
-                not_rotations -= usize::from(has_bad_reference);
-                trace.dropped.count(Fault::TimeAhead { ahead_us, next_us }.in_column(line, "t_s"));
-                last_us = Some(before_us);
-            }
+        let t_us = row.time_us().map_err(|fault| fault.in_column(line, "t_s"))?;
+        if let Some(Last { line, t_us: ahead_us, before_us, has_bad_reference }) = last
+            && order.shows_last_ahead(t_us)
+        {
+            trace.drop_last();
+            not_rotations -= usize::from(has_bad_reference);
+            trace.dropped.count(Fault::TimeAhead { ahead_us, next_us: t_us }.in_column(line, "t_s"));
+            last = Some(Last { line, t_us: before_us, before_us, has_bad_reference: false });
         }
-        let t_us = match row.time_after(last_us) {
-            Ok(t_us) => t_us,
-            Err(fault @ (Fault::TimeBack { .. } | Fault::TimeRepeated(_))) => {
-                trace.dropped.count(fault.in_column(line, "t_s"));
-                continue;
-            }
-            Err(fault) => return Err(fault.in_column(line, "t_s")),
+        let before_us = last.map_or(t_us, |last| last.t_us);
+        let fault = match order.place(t_us) {
+            RowPlace::Next => None,
+            RowPlace::Repeated => Some(Fault::TimeRepeated(t_us)),
+            RowPlace::Late => Some(Fault::TimeBack { now_us: t_us, before_us }),
         };
+        if let Some(fault) = fault {
+            trace.dropped.count(fault.in_column(line, "t_s"));
+            continue;
+        }
         let has_bad_reference = row.drop_reference_that_is_no_rotation();
         not_rotations += usize::from(has_bad_reference);
-        let before_us = last_us.replace(t_us).filter(|before_us| t_us - before_us > FAR_AHEAD_US);
-        doubted = before_us.map(|before_us| Doubted { line, before_us, has_bad_reference });
+        last = Some(Last { line, t_us, before_us, has_bad_reference });
         row.append_to(t_us, &mut trace);
         // A doubted row stays in memory until the next one.
-        let is_full = trace.samples.len() >= IN_MEMORY && doubted.is_none();
+        let is_full = trace.samples.len() >= IN_MEMORY && !order.is_in_doubt();
         if let Some(spooled) = spooled.as_mut().filter(|_| is_full) {
             spooled.take(&mut trace);
         }
@@ -106,10 +104,11 @@ fn read_lines<R: BufRead>(mut lines: Lines<R>, mut spooled: Option<Spooled>) -> 
     Ok(trace)
 }
 
-/// The last row, if its time is far ahead of the row before.
+/// The last row that was kept.
 #[derive(Clone, Copy)]
-struct Doubted {
+struct Last {
     line: u64,
+    t_us: u64,
     /// Time of the row before, microseconds.
     before_us: u64,
     has_bad_reference: bool,
@@ -262,16 +261,8 @@ impl<'a> Row<'a> {
         Ok(())
     }
 
-    fn time_after(&self, last_us: Option<u64>) -> Result<u64, Fault> {
-        if self.time.is_empty() {
-            return Err(Fault::TimeMissing);
-        }
-        let now = parse_time_us(self.time)?;
-        match last_us {
-            Some(last) if now == last => Err(Fault::TimeRepeated(now)),
-            Some(last) if now < last => Err(Fault::TimeBack { now_us: now, before_us: last }),
-            _ => Ok(now),
-        }
+    fn time_us(&self) -> Result<u64, Fault> {
+        if self.time.is_empty() { Err(Fault::TimeMissing) } else { parse_time_us(self.time) }
     }
 
     fn drop_reference_that_is_no_rotation(&mut self) -> bool {

@@ -138,6 +138,21 @@ fn repeated_and_late_rows_are_dropped_and_counted() {
     flies_as_the_original(&told);
 }
 
+/// As in a trace: the rows behind it are not late.
+#[test]
+fn a_time_that_jumps_ahead_is_dropped_with_its_row_alone() {
+    let folder = TempDir::new().unwrap();
+    let mut lines: Vec<String> = si([|v| v; 3]).lines().map(str::to_owned).collect();
+    let rest = lines[2_000].split_once(',').unwrap().1;
+    lines[2_000] = format!("9000,{rest}");
+    let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]);
+    assert_eq!((told.dropped(), told.trace.len()), (1, original().samples.len() - 1));
+    let whole = original().samples.iter().enumerate().filter(|(row, _)| *row != 1_999).map(|(_, sample)| sample.t_us);
+    assert!(told.trace.samples.iter().map(|sample| sample.t_us).eq(whole));
+    let counted = |finding: &mwd::import::Finding| finding.told.contains("1 rows dropped (0 repeat a time, 1 are late");
+    assert!(told.findings.iter().any(|finding| finding.verdict == Verdict::Note && counted(finding)));
+}
+
 #[test]
 fn a_text_that_is_cut_off_is_told() {
     let folder = TempDir::new().unwrap();
