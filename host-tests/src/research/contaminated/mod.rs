@@ -35,7 +35,8 @@ use drilled::{Drilled, in_parallel};
 /// # Errors
 /// The library refuses a configuration or a search space.
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
-    let count = effort.repetitions(100);
+    // Holes are vertical and at 45 deg by turns, and some tables are of half of the runs.
+    let count = effort.repetitions(100).max(2);
     let runs = in_parallel(count as usize, |index| Drilled::new(index as u64));
     let windows = 7 * count;
     let title = format!(
