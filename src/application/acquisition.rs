@@ -18,6 +18,8 @@ pub type SampleConsumer<'a> = Consumer<'a, Acquired>;
 pub struct Acquired {
     /// Number since the start.
     pub sequence: u32,
+    /// Time at which the sample was read, microseconds, low half: that of a polled part is up to a period older.
+    pub read_us: u32,
     /// Sample as the adapters gave it.
     pub sample: Sample,
 }
@@ -90,9 +92,9 @@ impl<'a> Acquisition<'a> {
         Self { producer, counts, sequence: 0 }
     }
 
-    /// Hands a sample to the loop.
-    pub fn put(&mut self, sample: Sample) {
-        if self.producer.enqueue(Acquired { sequence: self.sequence, sample }).is_err() {
+    /// Hands a sample to the loop. `read_us`: the time at which it was read; its attitude's delay counts from there.
+    pub fn put(&mut self, sample: Sample, read_us: u64) {
+        if self.producer.enqueue(Acquired { sequence: self.sequence, read_us: read_us as u32, sample }).is_err() {
             add(&self.counts.queue_full, 1);
         }
         self.sequence = self.sequence.wrapping_add(1);

@@ -1,6 +1,6 @@
 //! Commands of a host, and their execution.
 
-use super::{Application, Board, Statics, log::info, memory::refusal, update};
+use super::{Application, Board, Statics, log::info, memory::refusal, sensor_faults::SensorFaults, update};
 use crate::{
     config::{Config, ConfigError},
     sensors::MountingCheck,
@@ -27,6 +27,8 @@ pub struct Commands {
     pub(super) self_test: Vec<SelfTest, 1>,
     /// Turns that the sensors have seen, for a self-test.
     pub(super) mounting: MountingCheck,
+    /// Faults of the sensors over a second, for a self-test.
+    pub(super) faults: SensorFaults,
     /// Requests for raw samples, and their ends.
     pub(super) recording: Recording,
 }
@@ -40,6 +42,7 @@ impl Commands {
             gate: CommandGate::new(None),
             self_test: Vec::new(),
             mounting: MountingCheck::new(),
+            faults: SensorFaults::new(),
             recording: Recording::new(),
         }
     }
@@ -153,7 +156,7 @@ impl<B: Board> Application<'_, B> {
                 commands.self_test.clear();
                 // Just emptied, so there is room.
                 let _ =
-                    commands.self_test.push(SelfTest::of(line.sensors_at_fault(), &commands.mounting, storage_holds));
+                    commands.self_test.push(SelfTest::of(commands.faults.found(), &commands.mounting, storage_holds));
             }
             Command::ConfigureStream(stream) => line.configure(stream).map_err(bounds)?,
             Command::StartRecording { for_s } => {

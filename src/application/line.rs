@@ -3,7 +3,6 @@
 use super::{Board, Burst};
 use crate::{
     Sample,
-    attitude::AttitudeFlags,
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
@@ -11,7 +10,7 @@ use crate::{
     survey::{SurveyNews, Surveyor},
     telemetry::{
         Acknowledgement, Boot, Health, Identification, LineCounters, MAX_FRAME, MAX_PAYLOAD, Payload, ProgramReport,
-        SelfTest, StreamConfig, TelemetryQueue,
+        StreamConfig, TelemetryQueue,
     },
 };
 use heapless::Vec;
@@ -37,8 +36,6 @@ pub struct Line {
     surveys: SurveyNews,
     /// True if the boot is to be sent. However often it was asked for, it is sent once.
     wants_boot: bool,
-    /// Flags of the latest sample.
-    flags: AttitudeFlags,
     recording: bool,
     results_lost: u32,
 }
@@ -55,7 +52,6 @@ impl Line {
             window: Vec::new(),
             surveys: SurveyNews::empty(),
             wants_boot: false,
-            flags: AttitudeFlags::empty(),
             recording: false,
             results_lost: 0,
         }
@@ -113,14 +109,8 @@ impl Line {
             self.queue.push_sample(now_us, number, sample);
         }
         if let Some(output) = output {
-            self.flags = output.attitude.map_or(AttitudeFlags::ACCEL_UNUSED, |attitude| attitude.flags);
             self.queue.push_attitude(now_us, output);
         }
-    }
-
-    /// Returns the faults of the sensors in the latest sample.
-    pub(super) fn sensors_at_fault(&self) -> AttitudeFlags {
-        self.flags & SelfTest::FAULTS
     }
 
     /// Notes new surveys, to be sent; the surveyor keeps them.

@@ -16,6 +16,7 @@ mod memory;
 mod owed_work;
 mod program_update;
 mod reports;
+mod sensor_faults;
 #[cfg(feature = "bus")]
 mod sensors;
 mod stage;
@@ -31,12 +32,13 @@ pub use line::Line;
 pub use memory::Memory;
 pub use program_update::{ProgramUpdate, Updater};
 #[cfg(feature = "bus")]
-pub use sensors::{Sensors, data_sheet};
+pub use sensors::{Interrupts, Sensors, data_sheet};
 pub use stage::Stage;
 pub use update::PROVEN_US;
 
 use crate::{
     Config, Probe,
+    attitude::AttitudeFlags,
     config::{ConfigError, SurveyConfig},
     survey::{SurveyNews, Surveyor},
     telemetry::{Key, StreamConfig},
@@ -232,7 +234,9 @@ impl<'a, B: Board> Application<'a, B> {
             memory.configured(probe.config());
         }
         if let Some(output) = &output {
-            self.counts.delays.add(now_us.saturating_sub(sample.t_us));
+            self.counts.delays.add(acquired.read_us, now_us as u32);
+            let flags = output.attitude.map_or(AttitudeFlags::ACCEL_UNUSED, |attitude| attitude.flags);
+            commands.faults.update(sample.t_us, flags);
             let input = probe.survey_input(sample, output);
             burst.push(&input);
             let mut news = surveyor.push(&input);

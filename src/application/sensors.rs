@@ -10,6 +10,15 @@ use crate::{
 };
 use heapless::Vec;
 
+/// Times of the parts' interrupts since the last reading, microseconds. `None`: there was none, or the part is polled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Interrupts {
+    /// Of the gyro and accelerometer.
+    pub inertial_us: Option<u64>,
+    /// Of the magnetometer.
+    pub magnetic_us: Option<u64>,
+}
+
 /// Inertial part and magnetometer, and the queue for their samples.
 pub struct Sensors<'a, I, M> {
     inertial: I,
@@ -17,37 +26,55 @@ pub struct Sensors<'a, I, M> {
     combiner: Combiner,
     acquisition: Acquisition<'a>,
     tick: u64,
+    /// Times at which the inertial part and the magnetometer were read last.
+    read_us: [u64; 2],
 }
 
 impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     /// Creates the pair. Touches no bus.
     pub fn new(inertial: I, magnetic: M, acquisition: Acquisition<'a>) -> Self {
         let combiner = Combiner::new(inertial.data().period_us);
-        Self { inertial, magnetic, combiner, acquisition, tick: 0 }
+        Self { inertial, magnetic, combiner, acquisition, tick: 0, read_us: [0; 2] }
     }
 
     /// Reads what the parts have measured since the last tick of the sample clock. Call it at each tick, whether or not a
     /// part has anything to say: this starts a part anew that has failed, and the watchdog is fed only while it is
-    /// called. `tick` is one higher each time, also for a tick without a call, which counts as missed.
-    pub fn read(&mut self, tick: u64, now_us: u64) {
+    /// called. `tick` is one higher each time, also for a tick without a call, which counts as missed. `now_us` is the time
+    /// of the call.
+    pub fn read(&mut self, tick: u64, now_us: u64, interrupts: Interrupts) {
         let missed = tick.saturating_sub(self.tick).saturating_sub(1);
         self.tick = tick;
         // A missed tick loses no sample: samples wait in the part's FIFO.
         self.acquisition.served(u32::try_from(missed).unwrap_or(u32::MAX));
 
+        let [inertial_us, magnetic_us] = self.times(now_us, interrupts);
         let mut readings = Vec::<MagneticReading, BURST_FRAMES>::new();
-        let magnetic = self.magnetic.read(now_us, &mut readings);
+        let magnetic = self.magnetic.read(magnetic_us, &mut readings);
         for reading in readings {
             self.combiner.magnetic(reading);
         }
         let mut readings = Vec::<InertialReading, BURST_FRAMES>::new();
-        let inertial = self.inertial.read(now_us, &mut readings);
+        let inertial = self.inertial.read(inertial_us, &mut readings);
         for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
-            self.acquisition.put(sample);
+            self.acquisition.put(sample, now_us);
         }
         if magnetic.is_err() || inertial.is_err() {
             self.acquisition.fault();
         }
+    }
+
+    /// The two parts, with their counters and settings.
+    pub const fn parts(&self) -> (&I, &M) {
+        (&self.inertial, &self.magnetic)
+    }
+
+    /// Times at which the parts are read: their interrupts', or that of the call.
+    fn times(&mut self, now_us: u64, interrupts: Interrupts) -> [u64; 2] {
+        for (read_us, interrupt_us) in self.read_us.iter_mut().zip([interrupts.inertial_us, interrupts.magnetic_us]) {
+            let since_the_last = |at_us: &u64| *at_us > *read_us && *at_us <= now_us;
+            *read_us = interrupt_us.filter(since_the_last).unwrap_or(now_us);
+        }
+        self.read_us
     }
 }
 

@@ -199,7 +199,7 @@ impl<'c, 'd> Machine<'c, 'd> {
         if self.truths.len() > REMEMBERED {
             self.truths.pop_front();
         }
-        self.acquisition.put(Sample { t_us: stamp_us, ..sample });
+        self.acquisition.put(Sample { t_us: stamp_us, ..sample }, stamp_us);
         self.day.tally.queue = self.day.tally.queue.max(self.waiting.len() as u64);
     }
 

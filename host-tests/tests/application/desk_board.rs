@@ -162,7 +162,7 @@ impl Machine<'_> {
             self.acquisition.served(0);
             let at_rest = self.at_rest();
             let sample = (self.desk.reads)(at_rest);
-            self.acquisition.put(sample);
+            self.acquisition.put(sample, self.rounds * self.desk.period_us);
         }
     }
 

@@ -2,7 +2,8 @@
 
 use super::desk_board::{Desk, fly};
 use meerkat_mwd::{
-    Sample,
+    Sample, SampleFlags,
+    attitude::AttitudeFlags,
     identification::{Decision, Refusal},
     sample::TurnFlags,
     survey::{Checked, Grade},
@@ -99,4 +100,42 @@ fn turns_by_hand_show_a_wrong_sign_or_unit() {
     assert_eq!(magnetometer.turns_wrong, TurnFlags::X_BY_MAG | TurnFlags::Y_BY_MAG, "{magnetometer:?}");
     let in_gauss = self_test(|sample| sample.mag_ut = sample.mag_ut.map(|x| 0.01 * x));
     assert!(!in_gauss.is_passed() && !in_gauss.field_is_plausible(), "{in_gauss:?}");
+}
+
+/// The number of a sample of the desk's board.
+const fn number(sample: &Sample) -> u64 {
+    sample.t_us / 5_000
+}
+
+/// A magnetometer slower than the samples is in some of them alone, and of a sound part a reading in 1,000 is not believed.
+#[test]
+fn a_sound_sensor_is_at_fault_at_no_time() {
+    for mount in [
+        (|sample| sample.flags.set(SampleFlags::MAG_MISSING, !number(sample).is_multiple_of(4))) as fn(&mut Sample),
+        (|sample| sample.flags.set(SampleFlags::MAG_MISSING, number(sample) % 4 != 1)),
+        (|sample| sample.flags.set(SampleFlags::MAG_MISSING, number(sample) % 4 != 2)),
+        (|sample| sample.flags.set(SampleFlags::MAG_MISSING, number(sample) % 4 != 3)),
+        // Sooner than the samples that are still on their way as the command comes.
+        (|sample| sample.flags.set(SampleFlags::ACCEL_MISSING, (5_980..5_984).contains(&number(sample)))),
+        (|sample| sample.flags.set(SampleFlags::GYRO_MISSING, (5_980..5_984).contains(&number(sample)))),
+    ] {
+        assert_eq!(self_test(mount).sensors, AttitudeFlags::empty());
+    }
+}
+
+#[test]
+fn a_sensor_that_reads_now_and_then_is_at_fault() {
+    for (mount, fault) in [
+        ((|sample| sample.flags.insert(SampleFlags::MAG_MISSING)) as fn(&mut Sample), AttitudeFlags::MAG_UNUSED),
+        (
+            |sample| sample.flags.set(SampleFlags::GYRO_MISSING, number(sample).is_multiple_of(10)),
+            AttitudeFlags::GYRO_HELD,
+        ),
+        (
+            |sample| sample.flags.set(SampleFlags::ACCEL_MISSING, number(sample).is_multiple_of(10)),
+            AttitudeFlags::ACCEL_UNUSED,
+        ),
+    ] {
+        assert_eq!(self_test(mount).sensors, fault);
+    }
 }

@@ -45,3 +45,17 @@ fn after_a_step_back_the_first_sample_is_the_one_that_starts_afresh() {
         .collect();
     assert_eq!(boots, [0, afresh as u32]);
 }
+
+/// A part that is polled is stamped half a period before: its attitudes are not late for that.
+#[test]
+fn a_polled_part_makes_no_attitude_late() {
+    let seen = fly(Desk { stamp: |us| us - 2_500, ..Desk::default() }, 10);
+    let health = seen.messages.iter().rev().find_map(|(_, message)| match message {
+        Message::Health(health) => Some(*health),
+        _ => None,
+    });
+    let health = health.unwrap();
+    assert!(health.counters.samples > 900, "{health:?}");
+    assert_eq!(health.late_attitudes, 0);
+    assert!(health.worst_delay_us < 2_000, "{}", health.worst_delay_us);
+}

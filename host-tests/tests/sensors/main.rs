@@ -7,5 +7,6 @@ mod fake_part;
 mod guide;
 mod mounting;
 mod mounting_check;
+mod pair;
 mod supervision;
 mod wire;

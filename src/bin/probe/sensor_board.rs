@@ -14,7 +14,7 @@ use core::{cell::Cell, mem::MaybeUninit};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use meerkat_mwd::{
-    application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Sensors, provision},
+    application::{Acquired, Acquisition, AcquisitionCounts, Board, Interrupts, SampleConsumer, Sensors, provision},
     storage::FactoryRecord,
     telemetry::{CommandRefusal, ProbeId, ResetReason},
 };
@@ -41,7 +41,7 @@ fn PendSV() {
         *MINE = critical_section::with(|cs| SENSORS.borrow(cs).take());
     }
     if let Some(sensors) = MINE {
-        sensors.read(sample_clock::rounds(), chip::now_us());
+        sensors.read(sample_clock::rounds(), chip::now_us(), Interrupts::default());
     }
 }
 

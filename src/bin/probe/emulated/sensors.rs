@@ -113,8 +113,9 @@ impl Sensors {
             self.rounds += 1;
             let Some(truth) = read(&mut self.file) else { return OVER.store(true, Ordering::Relaxed) };
             // The time of the tick, not of its service: a sensor latches its reading then.
-            self.player.pass_to(&Sample { t_us: self.rounds * u64::from(self.period_us), ..truth });
-            self.acquisition.put(serve(self.player));
+            let tick_us = self.rounds * u64::from(self.period_us);
+            self.player.pass_to(&Sample { t_us: tick_us, ..truth });
+            self.acquisition.put(serve(self.player), tick_us);
         }
     }
 }
