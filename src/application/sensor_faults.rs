@@ -5,9 +5,9 @@ use crate::{attitude::AttitudeFlags, telemetry::SelfTest};
 /// A second: some readings of the slowest magnetometer.
 const SECOND_US: u32 = 1_000_000;
 
-/// One sample in so many may have a fault: of a sound gyro or accelerometer the supervision does not believe one reading in
-/// 1,000.
-const SOUND: u32 = 20;
+/// One sample in so many may have a fault. A wide margin: of a sound gyro or accelerometer the supervision does not believe
+/// one reading in 1,000.
+const ONE_FAULTY_IN: u32 = 20;
 
 /// Faults that count in some of the samples. A magnetometer slower than the samples is in some of them alone: it is at fault
 /// if it is in none.
@@ -53,8 +53,11 @@ impl SensorFaults {
     }
 
     fn found_so_far(&self) -> AttitudeFlags {
-        let now_and_then =
-            if self.faulty > self.samples / SOUND { self.in_any & NOW_AND_THEN } else { AttitudeFlags::empty() };
+        let now_and_then = if self.faulty > self.samples / ONE_FAULTY_IN {
+            self.in_any & NOW_AND_THEN
+        } else {
+            AttitudeFlags::empty()
+        };
         (now_and_then | !self.not_in_all) & SelfTest::FAULTS
     }
 }
