@@ -177,13 +177,13 @@ impl SpiDevice for Memory {
 pub(crate) fn samples() -> Result<Vec<Sample>, MountingError> {
     // Its z axis points down the tool, its x to the highside.
     let mounting = Mounting::from_axes([Axis::PlusX, Axis::PlusY, Axis::PlusZ])?;
-    let mut source = Supervised::new(Icm20948(SpiRegisters(Memory::new())), mounting, Trigger::Polled);
+    let mut source = Supervised::new(Icm20948(SpiRegisters(Memory::new())), mounting);
     let mut combiner = Combiner::new(DATA.period_us);
     let mut samples = Vec::new();
     for now_us in (0..1_000_000).step_by(4_444) {
         let mut readings = Readings::<InertialReading, BURST_FRAMES>::new();
         // An error is counted and survived: the next calls start the part anew.
-        let _ = source.read(now_us, &mut readings);
+        let _ = source.read(now_us, Trigger::Polled, &mut readings);
         // Each reading makes a sample, for `Probe::push`; here without a magnetometer.
         samples.extend(readings.iter().filter_map(|reading| combiner.inertial(reading)));
     }

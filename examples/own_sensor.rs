@@ -130,13 +130,13 @@ impl SpiDevice for Memory {
 pub(crate) fn fields() -> Result<Vec<[f32; 3]>, MountingError> {
     // Its x axis points down the tool, its z to the highside.
     let mounting = Mounting::from_axes([Axis::PlusZ, Axis::PlusY, Axis::MinusX])?;
-    let mut source = Supervised::new(Lis3mdl(SpiRegisters(Memory::new())), mounting, Trigger::Polled);
+    let mut source = Supervised::new(Lis3mdl(SpiRegisters(Memory::new())), mounting);
     let mut combiner = Combiner::new(5_000);
     let mut fields = Vec::new();
     for now_us in (0..1_000_000).step_by(5_000) {
         let mut readings = heapless::Vec::<MagneticReading, 16>::new();
         // An error is counted and survived: the next calls start the part anew.
-        let _ = source.read(now_us, &mut readings);
+        let _ = source.read(now_us, Trigger::Polled, &mut readings);
         readings.into_iter().for_each(|reading| combiner.magnetic(reading));
         // Here a gyro that reads nothing. Each reading of the gyro's source makes a sample, for `Probe::push`.
         let reading = InertialReading { t_us: now_us, ..InertialReading::default() };

@@ -4,7 +4,7 @@ use super::Acquisition;
 use crate::{
     config::{FullScale, Latency},
     sensors::{
-        BURST_FRAMES, Combiner, InertialReading, MagneticReading,
+        BURST_FRAMES, Combiner, InertialReading, MagneticReading, Trigger,
         blocking::{InertialSource, MagneticSource},
     },
 };
@@ -47,14 +47,14 @@ impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
         // A missed tick loses no sample: samples wait in the part's FIFO.
         self.acquisition.served(u32::try_from(missed).unwrap_or(u32::MAX));
 
-        let [inertial_us, magnetic_us] = self.times(now_us, interrupts);
+        let [(inertial_us, inertial_trigger), (magnetic_us, magnetic_trigger)] = self.times(now_us, interrupts);
         let mut readings = Vec::<MagneticReading, BURST_FRAMES>::new();
-        let magnetic = self.magnetic.read(magnetic_us, &mut readings);
+        let magnetic = self.magnetic.read(magnetic_us, magnetic_trigger, &mut readings);
         for reading in readings {
             self.combiner.magnetic(reading);
         }
         let mut readings = Vec::<InertialReading, BURST_FRAMES>::new();
-        let inertial = self.inertial.read(inertial_us, &mut readings);
+        let inertial = self.inertial.read(inertial_us, inertial_trigger, &mut readings);
         for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
             self.acquisition.put(sample, now_us);
         }
@@ -69,12 +69,15 @@ impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
     }
 
     /// Times at which the parts are read: their interrupts', or that of the call.
-    fn times(&mut self, now_us: u64, interrupts: Interrupts) -> [u64; 2] {
-        for (read_us, interrupt_us) in self.read_us.iter_mut().zip([interrupts.inertial_us, interrupts.magnetic_us]) {
+    fn times(&mut self, now_us: u64, interrupts: Interrupts) -> [(u64, Trigger); 2] {
+        let [inertial_us, magnetic_us] = &mut self.read_us;
+        [(inertial_us, interrupts.inertial_us), (magnetic_us, interrupts.magnetic_us)].map(|(read_us, interrupt_us)| {
             let since_the_last = |at_us: &u64| *at_us > *read_us && *at_us <= now_us;
-            *read_us = interrupt_us.filter(since_the_last).unwrap_or(now_us);
-        }
-        self.read_us
+            let at = interrupt_us.filter(since_the_last).map(|at_us| (at_us, Trigger::Interrupt));
+            let at = at.unwrap_or((now_us, Trigger::Polled));
+            *read_us = at.0;
+            at
+        })
     }
 }
 

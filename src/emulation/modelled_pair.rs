@@ -75,6 +75,7 @@ pub struct ModelledPair<'a, const WORDS: usize, I = InertialOnSpi<'a, WORDS>, M 
     inertial: Supervised<AtPeriod<I>, 2>,
     magnetic: Supervised<AtPeriod<M>, 1>,
     combiner: Combiner,
+    trigger: Trigger,
     asked_us: [u64; 2],
     conditions: [Condition; 2],
     last_errors: [Option<PairError>; 2],
@@ -129,13 +130,14 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
     fn over(parts: &'a ModelledParts<WORDS>, inertial: I, magnetic: M, periods: Periods, trigger: Trigger) -> Self {
         let period_us = periods.inertial_us.unwrap_or(inertial.data().period_us);
         let magnetic_us = periods.magnetic_us.unwrap_or(magnetic.data().period_us);
-        let inertial = Supervised::new(AtPeriod { part: inertial, period_us }, Mounting::ALIGNED, trigger);
-        let magnetic = Supervised::new(AtPeriod { part: magnetic, period_us: magnetic_us }, Mounting::ALIGNED, trigger);
+        let inertial = Supervised::new(AtPeriod { part: inertial, period_us }, Mounting::ALIGNED);
+        let magnetic = Supervised::new(AtPeriod { part: magnetic, period_us: magnetic_us }, Mounting::ALIGNED);
         Self {
             parts,
             inertial,
             magnetic,
             combiner: Combiner::new(period_us),
+            trigger,
             asked_us: [0; 2],
             conditions: [Condition::Starting; 2],
             last_errors: [None; 2],
@@ -165,6 +167,8 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
     /// path.
     pub fn service(&mut self, samples: &mut VecView<Sample>) {
         let [inertial_interrupt, magnetic_interrupt] = self.interrupts();
+        let trigger = |interrupt| if interrupt { self.trigger } else { Trigger::Polled };
+        let (inertial_trigger, magnetic_trigger) = (trigger(inertial_interrupt), trigger(magnetic_interrupt));
         let periods_us = [self.inertial.data().period_us, self.magnetic.data().period_us];
         let now_us = self.parts.now_us.get();
         let due = |interrupt, asked_us: u64, period_us: u32, condition| {
@@ -176,7 +180,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         let [condition, magnetic_condition] = self.conditions;
         if due(magnetic_interrupt, asked_magnetic, magnetic_us, magnetic_condition) {
             let mut readings: Vec<MagneticReading, BURST_FRAMES> = Vec::new();
-            let result = self.magnetic.read(now_us, &mut readings);
+            let result = self.magnetic.read(now_us, magnetic_trigger, &mut readings);
             self.note(1, now_us, result);
             readings.into_iter().for_each(|reading| self.combiner.magnetic(reading));
         }
@@ -186,7 +190,7 @@ impl<'a, const WORDS: usize, I: Part<2, Error = BusError>, M: Part<1, Error = Bu
         }
         if due(inertial_interrupt, asked, inertial_us, condition) {
             let mut readings: Vec<InertialReading, BURST_FRAMES> = Vec::new();
-            let result = self.inertial.read(now_us, &mut readings);
+            let result = self.inertial.read(now_us, inertial_trigger, &mut readings);
             self.note(0, now_us, result);
             for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
                 let _ = samples.push(sample);

@@ -1,13 +1,13 @@
 //! Sample clock: times of a part's frames, from the times at which the part is read.
 
-/// Meaning of the time at which a source is read.
+/// What made a source be read, and so the meaning of the time that is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Trigger {
-    /// Time of the part's interrupt: the newest frame was put out then.
+    /// The part's interrupt: the newest frame was put out then.
     Interrupt,
-    /// Any time: the newest frame was put out at most one period before. Its time is half a period before, and errs by up
-    /// to as much.
+    /// Nothing, at the time of the call: the newest frame was put out at most one period before. Its time is half a period
+    /// before, and errs by up to as much.
     #[default]
     Polled,
 }
@@ -26,17 +26,17 @@ const COUNTED: i64 = 1_024;
 ///
 /// Polled, each burst bounds the newest frame's time to one period or to the time since the last poll, and the bounds
 /// of earlier bursts are carried on: a stamp is the middle of their overlap, within a period of the truth and usually
-/// much closer. With an interrupt the clock follows the interrupt's times, smoothed over eight bursts.
+/// much closer. The clock follows the times of interrupts, smoothed over eight bursts; what is read without one in
+/// between, for it was noted late or missed, is bounded as by a poll.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SampleClock {
     nominal: i64,
     tolerance: i64,
-    trigger: Trigger,
     period: i64,
     /// Largest error of the period.
     doubt: i64,
     /// Start of the period's measurement, and the frames since.
-    anchor: Option<i64>,
+    anchor: Option<End>,
     counted: i64,
     newest: Option<Newest>,
     /// Frames known to be in the part and not yet taken out.
@@ -55,6 +55,14 @@ struct Newest {
     doubt: i64,
     /// Time at which the frame became known; `None` if frames may be missing since.
     seen: Option<i64>,
+}
+
+/// End of a measurement of the period: the time of a burst's newest frame by this burst alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct End {
+    t: i64,
+    /// Largest error of `t`.
+    doubt: i64,
 }
 
 /// Times of a burst's frames.
@@ -87,13 +95,12 @@ impl Stamps {
 }
 
 impl SampleClock {
-    pub fn new(period_us: u32, tolerance: f32, trigger: Trigger) -> Self {
+    pub fn new(period_us: u32, tolerance: f32) -> Self {
         let nominal = i64::from(period_us.max(1)) << FRACTION;
         let tolerance = (nominal as f32 * tolerance) as i64;
         Self {
             nominal,
             tolerance,
-            trigger,
             period: nominal,
             doubt: tolerance,
             anchor: None,
@@ -142,31 +149,30 @@ impl SampleClock {
     }
 
     /// Stamps a burst of `taken` frames, after which `left` are still in the part, taken at `now_us`.
-    pub fn stamp(&mut self, now_us: u64, taken: usize, left: u16) -> Stamps {
+    pub fn stamp(&mut self, now_us: u64, trigger: Trigger, taken: usize, left: u16) -> Stamps {
         let now = fixed(now_us);
+        let (end, taken_now) = (self.end(now, trigger), self.taken_now(now, trigger));
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
         let (mut lost, newest) = match self.newest {
             // All these frames were known before: the part held them after an earlier burst.
             Some(newest) if new <= 0 && newest.seen.is_some() => (0, newest),
             Some(Newest { t, doubt, seen: Some(_) }) => {
-                self.follow_period(now, new);
-                let (lost, newest) = self.carried_on(now, t + new * self.period, doubt + new * self.doubt);
+                self.follow_period(end, new);
+                let (lost, newest) =
+                    self.carried_on(now, trigger, taken_now, t + new * self.period, doubt + new * self.doubt);
                 if lost > 0 {
                     // Earlier losses may have gone unnoticed, so that the measured period is wrong.
                     (self.period, self.doubt) = (self.nominal, self.tolerance);
                 }
                 (lost, newest)
             }
-            Some(Newest { t, .. }) => {
-                let newest = self.taken_now(now);
-                (rounded(newest.t - t, self.period) - new, newest)
-            }
-            None => (0, self.taken_now(now)),
+            Some(Newest { t, .. }) => (rounded(taken_now.t - t, self.period) - new, taken_now),
+            None => (0, taken_now),
         };
         lost = lost.max(0);
         if lost > 0 || self.anchor.is_none() {
-            (self.anchor, self.counted) = (Some(now), 0);
+            (self.anchor, self.counted) = (Some(end), 0);
         }
         let before = self.newest.map_or(newest.t - new * self.period, |newest| newest.t);
         // Between two bursts without loss the frames are evenly spread, however the phase was corrected.
@@ -191,8 +197,8 @@ impl SampleClock {
     }
 
     /// Time of the newest frame, known only to be in the part by `now`.
-    fn taken_now(&self, now: i64) -> Newest {
-        let doubt = match self.trigger {
+    fn taken_now(&self, now: i64, trigger: Trigger) -> Newest {
+        let doubt = match trigger {
             Trigger::Interrupt => 0,
             Trigger::Polled => (now - self.earliest(now)) / 2,
         };
@@ -200,18 +206,17 @@ impl SampleClock {
     }
 
     /// Returns the number of frames lost before the newest, and the newest, expected at `t` within `doubt`.
-    fn carried_on(&self, now: i64, t: i64, doubt: i64) -> (i64, Newest) {
+    fn carried_on(&self, now: i64, trigger: Trigger, taken_now: Newest, t: i64, doubt: i64) -> (i64, Newest) {
         let (period, slack) = (self.period.max(1), self.slack());
         if self.lossy && doubt > period / PROMPT {
             // The error has grown beyond a quarter of the period: the phase is unknown.
-            let newest = self.taken_now(now);
-            return (rounded(newest.t - t, period), newest);
+            return (rounded(taken_now.t - t, period), taken_now);
         }
         let late = now - t - doubt;
         let lost = rounded(late, period).max(0);
         // An interrupt served late bounds the newest frame only as a poll does: to the last period.
         let prompt = (late - lost * period).abs() <= period / PROMPT;
-        if self.trigger == Trigger::Interrupt && prompt {
+        if trigger == Trigger::Interrupt && prompt {
             let t = t + lost * period;
             // While the period is uncertain the interrupt's time is better.
             let t = if doubt > slack { now } else { t + ((now - t) >> PHASE_GAIN) };
@@ -247,14 +252,24 @@ impl SampleClock {
         self.period >> 4
     }
 
-    /// Measures the period: the time since the anchor over the frames counted, exact to one period in all.
-    fn follow_period(&mut self, now: i64, new: i64) {
+    /// Time of a burst's newest frame, by this burst alone. A poll soon after another tells no more than any other: frames
+    /// may have been lost between them unnoticed.
+    fn end(&self, now: i64, trigger: Trigger) -> End {
+        let doubt = match trigger {
+            Trigger::Interrupt => 0,
+            Trigger::Polled => self.period / 2,
+        };
+        End { t: now - doubt, doubt: doubt + self.slack() }
+    }
+
+    /// Measures the period: the time since the anchor over the frames counted, exact to the doubts of both ends.
+    fn follow_period(&mut self, end: End, new: i64) {
         let Some(anchor) = self.anchor else { return };
         self.counted += new;
-        let ends = self.period + 2 * self.slack();
+        let ends = anchor.doubt + end.doubt;
         if self.counted * self.doubt > ends {
             let counted = self.counted.max(1);
-            let period = (now - anchor) / counted;
+            let period = (end.t - anchor.t) / counted;
             let (least, most) = (self.nominal - self.tolerance, self.nominal + self.tolerance);
             self.period = if period < least {
                 least
@@ -266,7 +281,7 @@ impl SampleClock {
             self.doubt = ends / counted;
         }
         if self.counted >= COUNTED {
-            (self.anchor, self.counted) = (Some(now), 0);
+            (self.anchor, self.counted) = (Some(end), 0);
             // Widen the doubt, so that the period is measured again within the next `COUNTED` frames.
             self.doubt = ends / (COUNTED / 2);
         }

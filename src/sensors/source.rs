@@ -3,7 +3,9 @@
 use heapless::VecView;
 
 use super::bisync;
-use crate::sensors::{Condition, Counters, InertialData, InertialReading, MagneticData, MagneticReading, ReadError};
+use crate::sensors::{
+    Condition, Counters, InertialData, InertialReading, MagneticData, MagneticReading, ReadError, Trigger,
+};
 
 /// Source of a gyro and an accelerometer, read in bursts.
 #[bisync]
@@ -23,8 +25,8 @@ pub trait InertialSource {
     /// stays in the part. Also starts the part, and restarts it when it fails: that takes several calls, none of which
     /// waits.
     ///
-    /// `now_us` is the time of the watermark or data-ready interrupt, microseconds, or that of the call
-    /// without an interrupt. It must never be less than in the call before.
+    /// `now_us` is the time of the watermark or data-ready interrupt, microseconds, or without one that of the call;
+    /// `trigger` tells which. It must never be less than in the call before.
     ///
     /// # Errors
     /// The bus failed or the part misbehaved; the readings appended before that are good. Call again at the
@@ -32,6 +34,7 @@ pub trait InertialSource {
     async fn read(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<InertialReading>,
     ) -> Result<Condition, ReadError<Self::Error>>;
 }
@@ -56,6 +59,7 @@ pub trait MagneticSource {
     async fn read(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<MagneticReading>,
     ) -> Result<Condition, ReadError<Self::Error>>;
 }

@@ -31,10 +31,9 @@ pub struct Supervised<P, const V: usize> {
 
 #[bisync]
 impl<P: Part<V>, const V: usize> Supervised<P, V> {
-    /// Wraps a part; touches no bus. `mounting` turns the part's axes into the body's; `trigger` tells if the time
-    /// given to `read` is that of the part's interrupt.
-    pub fn new(part: P, mounting: Mounting, trigger: Trigger) -> Self {
-        let supervision = Supervision::new(part.data(), mounting, trigger);
+    /// Wraps a part; touches no bus. `mounting` turns the part's axes into the body's.
+    pub fn new(part: P, mounting: Mounting) -> Self {
+        let supervision = Supervision::new(part.data(), mounting);
         Self { part, supervision }
     }
 
@@ -46,6 +45,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
     async fn bursts<R: From<Scaled<V>>>(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<R>,
     ) -> Result<Condition, ReadError<P::Error>> {
         match self.supervision.recovery.next(now_us) {
@@ -60,7 +60,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
                         break;
                     }
                     let left;
-                    (condition, left) = self.burst(now_us, out).await?;
+                    (condition, left) = self.burst(now_us, trigger, out).await?;
                     if left == 0 {
                         break;
                     }
@@ -91,6 +91,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
     async fn burst<R: From<Scaled<V>>>(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<R>,
     ) -> Result<(Condition, u16), ReadError<P::Error>> {
         let mut burst = Burst::default();
@@ -102,7 +103,7 @@ impl<P: Part<V>, const V: usize> Supervised<P, V> {
             self.supervision.was_reset();
             return Err(ReadError::Reset);
         }
-        let condition = self.supervision.take(now_us, &burst, |scaled| {
+        let condition = self.supervision.take(now_us, trigger, &burst, |scaled| {
             // The caller has checked that a burst has room.
             let _ = out.push(scaled.into());
         });
@@ -149,9 +150,10 @@ impl<P: Part<2>> InertialSource for Supervised<P, 2> {
     async fn read(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<InertialReading>,
     ) -> Result<Condition, ReadError<P::Error>> {
-        self.bursts(now_us, out).await
+        self.bursts(now_us, trigger, out).await
     }
 }
 
@@ -170,8 +172,9 @@ impl<P: Part<1>> MagneticSource for Supervised<P, 1> {
     async fn read(
         &mut self,
         now_us: u64,
+        trigger: Trigger,
         out: &mut VecView<MagneticReading>,
     ) -> Result<Condition, ReadError<P::Error>> {
-        self.bursts(now_us, out).await
+        self.bursts(now_us, trigger, out).await
     }
 }

@@ -40,12 +40,12 @@ pub(super) struct Supervision<const V: usize> {
 }
 
 impl<const V: usize> Supervision<V> {
-    pub fn new(data: PartData<V>, mounting: Mounting, trigger: Trigger) -> Self {
+    pub fn new(data: PartData<V>, mounting: Mounting) -> Self {
         Self {
             data,
             counters: Counters::default(),
             recovery: Recovery::NEW,
-            clock: SampleClock::new(data.period_us, data.period_tolerance, trigger),
+            clock: SampleClock::new(data.period_us, data.period_tolerance),
             mounting,
             frozen: [Frozen::default(); V],
             innovation: [Innovation::NEW; V],
@@ -109,7 +109,13 @@ impl<const V: usize> Supervision<V> {
     }
 
     /// Hands each believable frame of a burst to `out`, oldest first.
-    pub fn take(&mut self, now_us: u64, burst: &Burst<V>, mut out: impl FnMut(Scaled<V>)) -> Condition {
+    pub fn take(
+        &mut self,
+        now_us: u64,
+        trigger: Trigger,
+        burst: &Burst<V>,
+        mut out: impl FnMut(Scaled<V>),
+    ) -> Condition {
         if burst.overrun {
             add(&mut self.counters.overruns, 1);
             self.clock.interrupt();
@@ -122,7 +128,7 @@ impl<const V: usize> Supervision<V> {
         if frames.is_empty() {
             self.clock.had_none(now_us);
         } else if !self.is_early(now_us, frames) {
-            let stamps = self.clock.stamp(now_us, frames.len(), burst.left);
+            let stamps = self.clock.stamp(now_us, trigger, frames.len(), burst.left);
             add(&mut self.counters.lost_frames, stamps.lost);
             self.innovation.iter_mut().for_each(|innovation| innovation.skip(stamps.lost));
             for (k, frame) in frames.iter().enumerate() {

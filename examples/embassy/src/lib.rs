@@ -13,7 +13,7 @@ use meerkat_mwd::{
     heapless::Vec,
     probe::AttitudeProbe,
     sensors::{
-        BURST_FRAMES, Combiner, InertialReading, MagneticReading,
+        BURST_FRAMES, Combiner, InertialReading, MagneticReading, Trigger,
         asynchronous::{InertialSource, MagneticSource},
     },
 };
@@ -43,10 +43,10 @@ pub async fn acquire(
         let now_us = clock.tick().await;
         // An error is counted by the source, which starts its part anew.
         let mut fields = Vec::<MagneticReading, BURST_FRAMES>::new();
-        let _ = magnetic.read(now_us, &mut fields).await;
+        let _ = magnetic.read(now_us, Trigger::Polled, &mut fields).await;
         fields.into_iter().for_each(|reading| combiner.magnetic(reading));
         let mut rates = Vec::<InertialReading, BURST_FRAMES>::new();
-        let _ = inertial.read(now_us, &mut rates).await;
+        let _ = inertial.read(now_us, Trigger::Polled, &mut rates).await;
         for sample in rates.iter().filter_map(|reading| combiner.inertial(reading)) {
             samples.try_send(sample).map_err(|_| sample)?;
         }

@@ -10,7 +10,7 @@ use meerkat_mwd::{
     Sample,
     emulation::{Conversions, Ism330dhcx, OnSpi, Rm3100},
     sensors::{
-        Mounting, Rm3100Settings, Trigger,
+        Mounting, Rm3100Settings,
         asynchronous::{
             InertialSource, Ism330dhcx as Ism330dhcxAdapter, MagneticSource, Rm3100 as Rm3100Driver, Supervised,
         },
@@ -61,13 +61,13 @@ impl Parts {
     /// Gyro and accelerometer, read over the bus.
     pub fn inertial(&self) -> impl InertialSource + '_ {
         let bus = Waiting(OnSpi::new(&self.inertial, &self.now_us));
-        Supervised::new(Ism330dhcxAdapter::new_spi(bus, 1), Mounting::ALIGNED, Trigger::Polled)
+        Supervised::new(Ism330dhcxAdapter::new_spi(bus, 1), Mounting::ALIGNED)
     }
 
     /// Magnetometer, read over a bus of its own.
     pub fn magnetic(&self) -> impl MagneticSource + '_ {
         let bus = Waiting(OnSpi::new(&self.magnetic, &self.now_us));
-        Supervised::new(Rm3100Driver::new_spi(bus, Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled)
+        Supervised::new(Rm3100Driver::new_spi(bus, Rm3100Settings::default()), Mounting::ALIGNED)
     }
 
     /// Time passes for a tool that rests at 30 deg of inclination, its highside up.

@@ -54,10 +54,10 @@ impl<I: InertialSource, M: MagneticSource> Loop<I, M> {
     /// `surveys` holds it, for a line of one's own.
     fn turn(&mut self, now_us: u64) -> SurveyNews {
         let mut fields = Vec::<MagneticReading, BURST_FRAMES>::new();
-        let _ = self.magnetic.read(now_us, &mut fields);
+        let _ = self.magnetic.read(now_us, Trigger::Polled, &mut fields);
         fields.into_iter().for_each(|reading| self.combiner.magnetic(reading));
         let mut readings = Vec::<InertialReading, BURST_FRAMES>::new();
-        let _ = self.inertial.read(now_us, &mut readings);
+        let _ = self.inertial.read(now_us, Trigger::Polled, &mut readings);
         let mut news = SurveyNews::empty();
         for sample in readings.iter().filter_map(|reading| self.combiner.inertial(reading)) {
             if let Some(output) = self.probe.push(&sample) {
@@ -82,11 +82,11 @@ fn main() -> ! {
     };
     let bus = Spi::<u8>::new_for_spi0(chip.spi0, (b.pb15, c.pc0, c.pc1), settings(10_000_000));
     let device = device(bus, Output::new(b.pb14, PinState::High));
-    let inertial = Supervised::<_, 2>::new(Ism330dhcx::new_spi(device, 1), Mounting::ALIGNED, Trigger::Polled);
+    let inertial = Supervised::<_, 2>::new(Ism330dhcx::new_spi(device, 1), Mounting::ALIGNED);
     let bus = Spi::<u8>::new_for_spi1(chip.spi1, (c.pc9, c.pc10, c.pc11), settings(1_000_000));
     let device = self::device(bus, Output::new(c.pc8, PinState::High));
     let part = Rm3100::new_spi(device, Rm3100Settings::default());
-    let magnetic = Supervised::<_, 1>::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let magnetic = Supervised::<_, 1>::new(part, Mounting::ALIGNED);
 
     let period_us = inertial.data().period_us;
     let (probe, surveys) = (PROBE.take(), SURVEYS.init_with(Surveys::new));

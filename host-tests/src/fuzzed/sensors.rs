@@ -142,11 +142,11 @@ pub fn ism330dhcx(bytes: &[u8]) {
     }
 
     let said = Said::new(bytes, WHO_AM_I, &SPOKEN, FIFO_TAG);
-    let mut source = Supervised::new(Ism330dhcx::new_spi(Wire(&said), 4), Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(Ism330dhcx::new_spi(Wire(&said), 4), Mounting::ALIGNED);
     let [gyro, accel] = InertialSource::data(&source).sensors;
     supervised(
         &said,
-        |now_us, out: &mut VecView<InertialReading>| InertialSource::read(&mut source, now_us, out),
+        |now_us, out: &mut VecView<InertialReading>| InertialSource::read(&mut source, now_us, Trigger::Polled, out),
         |it| {
             let most = |of: f32| of * 32_768.0;
             let within = |values: [f32; 3], most: f32| values.iter().all(|x| x.abs() <= most * 1.000_01);
@@ -190,12 +190,11 @@ pub fn rm3100(bytes: &[u8]) {
     assert!(taken.iter().all(|codes: &[i32; 3]| there.any(|other| other == *codes)), "{taken:?}");
 
     let said = Said::new(bytes, REVID, &SPOKEN, MX);
-    let mut source =
-        Supervised::new(Rm3100::new_spi(Wire(&said), Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(Rm3100::new_spi(Wire(&said), Rm3100Settings::default()), Mounting::ALIGNED);
     let [mag] = MagneticSource::data(&source).sensors;
     supervised(
         &said,
-        |now_us, out: &mut VecView<MagneticReading>| MagneticSource::read(&mut source, now_us, out),
+        |now_us, out: &mut VecView<MagneticReading>| MagneticSource::read(&mut source, now_us, Trigger::Polled, out),
         |it| {
             let most = mag.per_code * 8_388_608.0 * 1.000_01;
             assert!(it.mag_ut.iter().all(|x| x.abs() <= most) && it.temperature_c.is_finite(), "{it:?}");

@@ -203,13 +203,13 @@ struct Outcome {
 fn run(checks: bool, flip: Option<(u32, u8)>) -> Outcome {
     let model = RefCell::new(Model { codes: [0; 3], mode: 0, answer: [0; 4], transactions: 0, flip });
     let part = Sca3300 { spi: Wire(&model), checks };
-    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Interrupt);
+    let mut source = Supervised::new(part, Mounting::ALIGNED);
     let mut outcome = Outcome::default();
     let last = Cell::new(None);
     for k in 0..60 {
         model.borrow_mut().codes = truth(k);
         let mut out = heapless::Vec::<MagneticReading, 8>::new();
-        last.set(source.read(k * PERIOD_US, &mut out).ok());
+        last.set(source.read(k * PERIOD_US, Trigger::Interrupt, &mut out).ok());
         for reading in out {
             outcome.readings += 1;
             if reading.flags.contains(SampleFlags::MAG_MISSING) {

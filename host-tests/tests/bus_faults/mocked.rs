@@ -97,12 +97,12 @@ type Told<R> = (Vec<R>, Vec<Option<Condition>>, Counters);
 
 fn inertial<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<InertialReading> {
     let part = Ism330dhcx::new_i2c(bus, ism330dhcx::I2C_ADDRESS, 1);
-    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(part, Mounting::ALIGNED);
     let (mut readings, mut conditions) = (Vec::new(), Vec::new());
     for now_us in (0..RUN_US).step_by(1_000) {
         pass(now_us);
         let mut out = heapless::Vec::<InertialReading, 16>::new();
-        conditions.push(source.read(now_us, &mut out).ok());
+        conditions.push(source.read(now_us, Trigger::Polled, &mut out).ok());
         readings.extend(out);
     }
     (readings, conditions, *source.counters())
@@ -110,12 +110,12 @@ fn inertial<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<InertialReading> 
 
 fn magnetic<B: I2c>(bus: B, mut pass: impl FnMut(u64)) -> Told<MagneticReading> {
     let part = Rm3100::new_i2c(bus, rm3100::I2C_ADDRESS, Rm3100Settings::default());
-    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(part, Mounting::ALIGNED);
     let (mut readings, mut conditions) = (Vec::new(), Vec::new());
     for now_us in (0..RUN_US).step_by(1_000) {
         pass(now_us);
         let mut out = heapless::Vec::<MagneticReading, 16>::new();
-        conditions.push(source.read(now_us, &mut out).ok());
+        conditions.push(source.read(now_us, Trigger::Polled, &mut out).ok());
         readings.extend(out);
     }
     (readings, conditions, *source.counters())
@@ -167,10 +167,10 @@ fn a_start_that_is_not_acknowledged_is_tried_again_after_a_pause() {
     let kind = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
     let mut i2c = Mock::new(&[Transaction::write_read(rm3100::I2C_ADDRESS, vec![0x36], vec![0]).with_error(kind)]);
     let part = Rm3100::new_i2c(i2c.clone(), rm3100::I2C_ADDRESS, Rm3100Settings::default());
-    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(part, Mounting::ALIGNED);
     let mut out = heapless::Vec::<MagneticReading, 8>::new();
-    assert_eq!(source.read(1_000, &mut out), Err(ReadError::Start(StartError::Bus(kind))));
-    assert_eq!(source.read(10_999, &mut out), Ok(Condition::Pausing), "the bus is left alone");
+    assert_eq!(source.read(1_000, Trigger::Polled, &mut out), Err(ReadError::Start(StartError::Bus(kind))));
+    assert_eq!(source.read(10_999, Trigger::Polled, &mut out), Ok(Condition::Pausing), "the bus is left alone");
     i2c.done();
 }
 
@@ -178,10 +178,10 @@ fn a_start_that_is_not_acknowledged_is_tried_again_after_a_pause() {
 fn another_part_at_the_address_is_not_written_to() {
     let mut i2c = Mock::new(&[Transaction::write_read(rm3100::I2C_ADDRESS, vec![0x36], vec![0x33])]);
     let part = Rm3100::new_i2c(i2c.clone(), rm3100::I2C_ADDRESS, Rm3100Settings::default());
-    let mut source = Supervised::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(part, Mounting::ALIGNED);
     let mut out = heapless::Vec::<MagneticReading, 8>::new();
     let wrong = StartError::WrongIdentity { expected: 0x22, found: 0x33 };
-    assert_eq!(source.read(0, &mut out), Err(ReadError::Start(wrong)));
+    assert_eq!(source.read(0, Trigger::Polled, &mut out), Err(ReadError::Start(wrong)));
     assert_eq!(source.counters().wrong_identity, 1);
     i2c.done();
 }

@@ -4,7 +4,7 @@
 use super::live::{KEY, LiveProbe};
 use blake2::{Blake2s256, Digest};
 use meerkat_mwd::{
-    Sample,
+    Config, Sample,
     storage::{Image, ImageSlots, Slot, Start},
     telemetry::{Command, CommandRefusal, ImagePart, Message, Outcome, ProgramReport},
 };
@@ -99,7 +99,9 @@ impl Updated {
         let probe = LiveProbe::updatable()?;
         let program = image::Image::parse(probe.elf()).unwrap().loaded().unwrap();
         fs::write(probe.at("probe.key"), KEY.map(|byte| format!("{byte:02x}")).concat()).unwrap();
-        let run = RealTime { by_loader: true, key: Some(KEY), ..RealTime::default() };
+        // Between the samples, which are few, the emulator takes the line's bytes.
+        let config = Config { sample_period_us: 20_000, ..Config::default() };
+        let run = RealTime { by_loader: true, key: Some(KEY), config, ..RealTime::default() };
         let samples = at_rest(RUN_S * 1_000_000 / run.config.sample_period_us as usize);
         Some(Self { probe, run, samples, program })
     }

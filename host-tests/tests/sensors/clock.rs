@@ -19,11 +19,11 @@ fn polled_stamps_are_within_a_period_and_nothing_is_lost() {
         let offset = (world.borrow_mut().uniform() - 0.5) * 0.16;
         world.borrow_mut().true_period_us = f64::from(PERIOD_US) * (1.0 + offset);
         let mean_us = f64::from(PERIOD_US) * (0.3 + 8.0 * world.borrow_mut().uniform());
-        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
         let (mut now_us, mut readings) = (0.0, Vec::new());
         while now_us < 30e6 {
             world.borrow_mut().advance_to(now_us);
-            read(&mut source, now_us as u64, &mut readings);
+            read(&mut source, now_us as u64, Trigger::Polled, &mut readings);
             now_us += mean_us * (0.5 + world.borrow_mut().uniform());
         }
         assert!(readings.windows(2).all(|pair| pair[0].t_us < pair[1].t_us), "seed {seed}");
@@ -64,13 +64,13 @@ fn stamps_follow_the_interrupt() {
         let offset = (world.borrow_mut().uniform() - 0.5) * 0.16;
         world.borrow_mut().true_period_us = f64::from(PERIOD_US) * (1.0 + offset);
         let watermark = 1.0 + f64::from((seed % 4) as u32);
-        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Interrupt);
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
         let (mut k, mut readings) = (0.0, Vec::new());
         while k < 6_000.0 {
             let put_out_us = k * world.borrow().true_period_us;
             let now_us = put_out_us + 200.0 * world.borrow_mut().uniform();
             world.borrow_mut().advance_to(now_us);
-            read(&mut source, now_us as u64, &mut readings);
+            read(&mut source, now_us as u64, Trigger::Interrupt, &mut readings);
             k += watermark;
         }
         assert_eq!(source.counters().lost_frames, 0, "seed {seed}");
@@ -86,12 +86,12 @@ fn stamps_follow_the_interrupt() {
 fn an_overrun_is_counted_and_the_rest_has_its_time() {
     for seed in 0..20 {
         let world = World::new(seed);
-        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
         let mut readings = Vec::new();
         let run = |source: &mut Supervised<FakePart, 2>, from_ms: u32, to_ms: u32, readings: &mut Vec<_>| {
             for ms in (from_ms..to_ms).step_by(7) {
                 world.borrow_mut().advance_to(f64::from(ms) * 1e3);
-                read(source, u64::from(ms) * 1_000, readings);
+                read(source, u64::from(ms) * 1_000, Trigger::Polled, readings);
             }
         };
         run(&mut source, 0, 5_000, &mut readings);
@@ -115,14 +115,14 @@ fn an_overrun_is_counted_and_the_rest_has_its_time() {
 #[test]
 fn what_has_no_room_stays_in_the_part() {
     let world = World::new(1);
-    let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
     let mut readings = Vec::new();
     for ms in 0..20_000_u32 {
         world.borrow_mut().advance_to(f64::from(ms) * 1e3);
         // Every 250 ms there is room for only 8 at a time: 50 frames wait.
         if ms < 10 || ms % 250 < 20 {
             let mut out = heapless::Vec::<_, 10>::new();
-            let _ = source.read(u64::from(ms) * 1_000, &mut out);
+            let _ = source.read(u64::from(ms) * 1_000, Trigger::Polled, &mut out);
             readings.extend(out);
         }
     }
@@ -139,11 +139,11 @@ fn without_a_fifo_what_was_overwritten_is_counted() {
     for seed in 0..20 {
         let world = World::new(seed);
         world.borrow_mut().fifo_frames = 1;
-        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
         let (mut now_us, mut readings) = (0.0, Vec::new());
         while now_us < 60e6 {
             world.borrow_mut().advance_to(now_us);
-            read(&mut source, now_us as u64, &mut readings);
+            read(&mut source, now_us as u64, Trigger::Polled, &mut readings);
             now_us += f64::from(PERIOD_US) * (0.5 + 2.0 * world.borrow_mut().uniform());
         }
         let gone =

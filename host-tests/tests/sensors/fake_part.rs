@@ -3,7 +3,7 @@
 use std::{cell::RefCell, collections::VecDeque, rc::Rc};
 
 use meerkat_mwd::sensors::{
-    BURST_FRAMES, Burst, Frame, InertialData, InertialReading, PartData, SensorData, StartError, StartStep,
+    BURST_FRAMES, Burst, Frame, InertialData, InertialReading, PartData, SensorData, StartError, StartStep, Trigger,
     blocking::{InertialSource, Part},
 };
 use rand_core::{Rng, SeedableRng};
@@ -186,9 +186,9 @@ impl Part<2> for FakePart {
 }
 
 /// Reads once, with room for many.
-pub fn read(source: &mut impl InertialSource, now_us: u64, into: &mut Vec<InertialReading>) -> bool {
+pub fn read(source: &mut impl InertialSource, now_us: u64, trigger: Trigger, into: &mut Vec<InertialReading>) -> bool {
     let mut out = heapless::Vec::<InertialReading, 128>::new();
-    let done = source.read(now_us, &mut out).is_ok();
+    let done = source.read(now_us, trigger, &mut out).is_ok();
     into.extend(out);
     done
 }

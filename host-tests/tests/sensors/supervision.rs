@@ -22,7 +22,7 @@ struct Run {
 impl Run {
     fn new(seed: u64) -> Self {
         let world = World::new(seed);
-        let source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED, Trigger::Polled);
+        let source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
         Self { world, source, readings: Vec::new(), now_ms: 0 }
     }
 
@@ -30,7 +30,7 @@ impl Run {
     fn until_ms(&mut self, ms: u32) -> &mut Self {
         while self.now_ms < ms {
             self.world.borrow_mut().advance_to(f64::from(self.now_ms) * 1e3);
-            read(&mut self.source, u64::from(self.now_ms) * 1_000, &mut self.readings);
+            read(&mut self.source, u64::from(self.now_ms) * 1_000, Trigger::Polled, &mut self.readings);
             self.now_ms += 5;
         }
         self
@@ -177,11 +177,11 @@ fn the_end_of_the_range_is_flagged_and_is_not_frozen() {
 fn a_stuck_data_ready_does_not_repeat_readings() {
     let mut run = Run::new(11);
     run.but(|world| (world.fifo_frames, world.true_period_us) = (1, f64::from(PERIOD_US)));
-    run.source = Supervised::new(FakePart(run.world.clone()), Mounting::ALIGNED, Trigger::Polled);
+    run.source = Supervised::new(FakePart(run.world.clone()), Mounting::ALIGNED);
     run.until_ms(1_000).but(|world| world.ready_is_stuck = true);
     for now_us in (1_000_000..3_000_000_u64).step_by(2_000) {
         run.world.borrow_mut().advance_to(now_us as f64);
-        read(&mut run.source, now_us, &mut run.readings);
+        read(&mut run.source, now_us, Trigger::Polled, &mut run.readings);
     }
     let times: Vec<f32> = run.readings.iter().map(|reading| reading.gyro_rad_s[0]).collect();
     assert!(times.windows(2).all(|pair| pair[0] < pair[1]));

@@ -62,20 +62,20 @@ pub fn run(_: Effort) -> anyhow::Result<Vec<Table>> {
 
 fn of_inertial<P: Part<2>>(bus: &str, clock_hz: f64, wires: &[&Wire], part: P, table: &mut Table) -> f64 {
     let data = part.data();
-    let mut source = Supervised::<P, 2>::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::<P, 2>::new(part, Mounting::ALIGNED);
     measure(&data, bus, clock_hz, wires, table, |now_us| {
         let mut out = heapless::Vec::<InertialReading, 32>::new();
-        let _ = source.read(now_us, &mut out);
+        let _ = source.read(now_us, Trigger::Polled, &mut out);
         out.len()
     })
 }
 
 fn of_magnetic<P: Part<1>>(bus: &str, clock_hz: f64, wire: &Wire, part: P, table: &mut Table) -> f64 {
     let data = part.data();
-    let mut source = Supervised::<P, 1>::new(part, Mounting::ALIGNED, Trigger::Polled);
+    let mut source = Supervised::<P, 1>::new(part, Mounting::ALIGNED);
     measure(&data, bus, clock_hz, &[wire], table, |now_us| {
         let mut out = heapless::Vec::<MagneticReading, 32>::new();
-        let _ = source.read(now_us, &mut out);
+        let _ = source.read(now_us, Trigger::Polled, &mut out);
         out.len()
     })
 }

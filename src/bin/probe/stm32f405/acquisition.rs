@@ -2,7 +2,7 @@
 
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use meerkat_mwd::sensors::{
-    Mounting, Rm3100Settings, Trigger,
+    Mounting, Rm3100Settings,
     blocking::{Ism330dhcx, Rm3100, SpiRegisters, Supervised},
 };
 use st_mems_bus::blocking::spi::SpiBus;
@@ -31,11 +31,11 @@ pub fn inertial(spi: SPI1, (sck, miso, mosi): (PA5, PA6, PA7), select: PA4, rcc:
     let mosi = mosi.into_alternate().speed(Speed::VeryHigh);
     let bus = Spi::new(spi, (Some(sck), Some(miso), Some(mosi)), MODE_3, ACCEL_GYRO_HZ.Hz(), rcc);
     let Ok(device) = ExclusiveDevice::new_no_delay(bus, select.into_push_pull_output());
-    Supervised::new(Ism330dhcx::new_spi(device, 1), Mounting::ALIGNED, Trigger::Polled)
+    Supervised::new(Ism330dhcx::new_spi(device, 1), Mounting::ALIGNED)
 }
 
 pub fn magnetic(spi: SPI2, (sck, miso, mosi): (PB13, PB14, PB15), select: PB12, rcc: &mut Rcc) -> Magnetic {
     let bus = Spi::new(spi, (Some(sck), Some(miso), Some(mosi)), MODE_3, MAG_HZ.Hz(), rcc);
     let Ok(device) = ExclusiveDevice::new_no_delay(bus, select.into_push_pull_output());
-    Supervised::new(Rm3100::new_spi(device, Rm3100Settings::default()), Mounting::ALIGNED, Trigger::Polled)
+    Supervised::new(Rm3100::new_spi(device, Rm3100Settings::default()), Mounting::ALIGNED)
 }
