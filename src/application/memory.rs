@@ -47,19 +47,22 @@ impl<F: NorFlash> Memory<F> {
     }
 
     /// Opens the ring and makes it ready, in the RAM of `place`. Call it before the first sample: it may have to
-    /// erase. `None`: the flash cannot be read, or has fewer than three sectors.
+    /// erase.
+    ///
+    /// # Errors
+    /// The flash cannot be read, or has fewer than three sectors: the probe then flies without stored models.
     #[inline(never)]
     pub fn start<'a>(
         place: &'a mut MaybeUninit<Self>,
         flash: F,
         config: &Config,
         mut feed: impl FnMut(),
-    ) -> Option<&'a mut Self> {
+    ) -> Result<&'a mut Self, StorageError<F::Error>> {
         // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
         // failures.
-        let memory = place.write(Self::open(flash, config).ok()?);
+        let memory = place.write(Self::open(flash, config)?);
         let _ = memory.prepare(NotDrilling::PowerUp, &mut feed);
-        Some(memory)
+        Ok(memory)
     }
 
     /// Erases the sectors that have to be, at most one page between two calls of `feed`.

@@ -212,7 +212,7 @@ fn power_up(
     let mut queue = SampleQueue::new();
     let (producer, waiting) = queue.split();
     let mut place = MaybeUninit::uninit();
-    let mut memory = Memory::start(&mut place, ChipFlash(chip), &settings.config, || chip.feed());
+    let mut memory = Memory::start(&mut place, ChipFlash(chip), &settings.config, || chip.feed()).ok();
     if !chip.is_dead() {
         day.tally.checked(Violation::StorageRefused);
         match memory.as_mut().map(|memory| memory.read()) {

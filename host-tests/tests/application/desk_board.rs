@@ -114,7 +114,7 @@ pub fn fly(mut desk: Desk, seconds: u64) -> Seen {
     let mut queue = SampleQueue::new();
     let (producer, waiting) = queue.split();
     let mut place = MaybeUninit::uninit();
-    let memory = desk.flash.take().and_then(|flash| Memory::start(&mut place, flash, &settings.config, || ()));
+    let memory = desk.flash.take().and_then(|flash| Memory::start(&mut place, flash, &settings.config, || ()).ok());
     let machine = Machine {
         desk,
         now_us: 0,

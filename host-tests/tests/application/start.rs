@@ -36,7 +36,7 @@ fn start(flash: &Shared) -> u64 {
         fed_us = now_us();
     };
     let mut place = MaybeUninit::uninit();
-    assert!(Memory::start(&mut place, ModelFlash(flash.clone()), &Config::default(), &mut feed).is_some());
+    assert!(Memory::start(&mut place, ModelFlash(flash.clone()), &Config::default(), &mut feed).is_ok());
     feed();
     longest_us
 }

@@ -146,7 +146,7 @@ fn start(
         updater: updater(),
     };
     if let Some(flash) = FileFlash::open(MODELS, boot.power_cut_after) {
-        statics.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed);
+        statics.memory = Memory::start(memory, flash, &boot.settings.config, watchdog::feed).ok();
     }
     let application = Application::start(board, statics, &boot.settings).map_err(|error| {
         complain(&[Text(error.field), Text(" must be "), Text(error.must_be)]);

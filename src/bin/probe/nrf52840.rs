@@ -98,7 +98,7 @@ fn main() -> ! {
     let identity = identity(&chip.FICR);
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity, factory: region };
-    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog());
+    let memory = Memory::start(MEMORY, models, &settings.config, || board.feed_watchdog()).ok();
     let statics = Statics {
         probe: PROBE,
         surveyor: SURVEYOR.write(Surveyor::new()),

@@ -101,7 +101,7 @@ fn main() -> ! {
     let (producer, samples) = SAMPLES.split();
     let serial = SerialQueues { outgoing, incoming };
     let mut board = SensorBoard { samples, serial, watchdog, reset_reason, identity: identity(), factory: region };
-    let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog());
+    let memory = Memory::start(memory, models, &settings.config, || board.feed_watchdog()).ok();
     let statics = Statics {
         probe: PROBE,
         surveyor: surveyor.write(Surveyor::new()),
