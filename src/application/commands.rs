@@ -216,8 +216,7 @@ impl<B: Board> Application<'_, B> {
     pub(super) fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
         let Statics { probe, surveyor, memory, .. } = &mut self.statics;
         probe.configure(config)?;
-        let survey = surveyor.config().copied().unwrap_or_default();
-        surveyor.configure(&config.earth, &survey)?;
+        surveyor.configure(&config.earth, &config.survey)?;
         if let Some(memory) = memory {
             memory.configured(config);
         }

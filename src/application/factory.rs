@@ -1,8 +1,8 @@
 //! Factory records: calibration, mounting and key that the probe starts with, and their writing over the line.
 
-use super::{Application, Board, Statics};
+use super::{Application, Board};
 use crate::{
-    config::{Config, ConfigError, SurveyConfig},
+    config::{Config, ConfigError},
     storage::{FactoryRecord, FactoryRecords, Provisioning, StorageError},
     telemetry::{CommandRefusal, Key},
 };
@@ -14,22 +14,14 @@ pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
     FactoryRecords::read(region).unwrap_or_default()
 }
 
-/// Configuration with the factory's calibration, or the default one without.
-#[must_use]
-pub fn factory_config(records: &FactoryRecords) -> Config {
-    match &records.calibration {
-        Some(calibration) => {
-            Config { gyro: calibration.gyro, accel: calibration.accel, mag: calibration.mag, ..Config::default() }
-        }
-        None => Config::default(),
+/// Puts the factory's calibration and mounting, where they are recorded, into a configuration.
+pub const fn factory_config(records: &FactoryRecords, config: &mut Config) {
+    if let Some(calibration) = &records.calibration {
+        (config.gyro, config.accel, config.mag) = (calibration.gyro, calibration.accel, calibration.mag);
     }
-}
-
-/// Configuration of the surveys with the factory's mounting, or the default one without.
-#[must_use]
-pub fn factory_survey(records: &FactoryRecords) -> SurveyConfig {
-    let toolface_offset_rad = records.mounting.map_or(0.0, |mounting| mounting.toolface_offset_rad);
-    SurveyConfig { toolface_offset_rad, ..SurveyConfig::default() }
+    if let Some(mounting) = &records.mounting {
+        config.survey.toolface_offset_rad = mounting.toolface_offset_rad;
+    }
 }
 
 /// Writes one of the factory's records into its region, or compares it with what the region holds.
@@ -62,13 +54,12 @@ impl<B: Board> Application<'_, B> {
         match record {
             FactoryRecord::Calibration(factory) => {
                 let (gyro, accel, mag) = (factory.gyro, factory.accel, factory.mag);
-                self.configure(&Config { gyro, accel, mag, ..*self.statics.probe.config() }).map_err(bounds)?;
+                self.configure(&Config { gyro, accel, mag, ..self.statics.config() }).map_err(bounds)?;
             }
             FactoryRecord::Mounting(mounting) => {
-                let Statics { probe, surveyor, .. } = &mut self.statics;
-                let survey = surveyor.config().copied().unwrap_or_default();
-                let survey = SurveyConfig { toolface_offset_rad: mounting.toolface_offset_rad, ..survey };
-                surveyor.configure(&probe.config().earth, &survey).map_err(bounds)?;
+                let Config { earth, mut survey, .. } = self.statics.config();
+                survey.toolface_offset_rad = mounting.toolface_offset_rad;
+                self.statics.surveyor.configure(&earth, &survey).map_err(bounds)?;
             }
             FactoryRecord::Key(key) => {
                 self.statics.commands.provision(Key::new(&key.0, self.board.identity()));

@@ -27,7 +27,7 @@ pub use board::Board;
 pub use burst::{BURST_SAMPLES, Burst};
 pub use commands::Commands;
 pub use delay::{Delays, LATE_US};
-pub use factory::{factory_config, factory_records, factory_survey, provision};
+pub use factory::{factory_config, factory_records, provision};
 pub use line::Line;
 pub use memory::Memory;
 pub use program_update::{ProgramUpdate, Updater};
@@ -39,7 +39,7 @@ pub use update::PROVEN_US;
 use crate::{
     Config, Probe,
     attitude::AttitudeFlags,
-    config::{ConfigError, SurveyConfig},
+    config::ConfigError,
     survey::{SurveyNews, Surveyor},
     telemetry::{Key, StreamConfig},
 };
@@ -60,10 +60,8 @@ const SILENT_US: u64 = 1_000_000;
 
 /// Settings that the probe starts from.
 pub struct Settings {
-    /// Configuration of the pipeline.
+    /// Configuration of the pipeline and of the surveys.
     pub config: Config,
-    /// Configuration of the surveys; that of `config` does not count.
-    pub survey: SurveyConfig,
     /// Configuration of the line.
     pub stream: StreamConfig,
     /// True if raw samples are sent from the start.
@@ -86,6 +84,14 @@ pub struct Statics<'a, F> {
     pub commands: &'a mut Commands,
     /// Stored models; `None` if no flash can be used: the probe flies without.
     pub memory: Option<&'a mut Memory<F>>,
+}
+
+impl<F> Statics<'_, F> {
+    /// Configuration in use. That of the surveys may have been set after the pipeline's.
+    fn config(&self) -> Config {
+        let config = *self.probe.config();
+        Config { survey: self.surveyor.config().copied().unwrap_or(config.survey), ..config }
+    }
 }
 
 /// Counters of the application since the start.
@@ -136,9 +142,9 @@ impl<'a, B: Board> Application<'a, B> {
     /// # Errors
     /// The field that cannot be used.
     pub fn start(board: B, mut statics: Statics<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
-        let Settings { config, survey, stream, recording, key } = settings;
+        let Settings { config, stream, recording, key } = settings;
         statics.probe.configure(config)?;
-        statics.surveyor.configure(&config.earth, survey)?;
+        statics.surveyor.configure(&config.earth, &config.survey)?;
         statics.line.configure(stream)?;
         if let Some(dose) = statics.memory.as_mut().and_then(|memory| memory.dose()) {
             statics.surveyor.resume_dose(dose);

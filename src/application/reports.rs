@@ -6,6 +6,7 @@ use crate::telemetry::{Boot, Health};
 /// Sends the boot, at a start and for a recording. `first_sample`: number of the first one since the start.
 #[inline(never)]
 pub(super) fn boot<B: Board>(board: &B, statics: &mut Statics<'_, B::Flash>, first_sample: u32, now_us: u64) {
+    let config = statics.config();
     let Statics { probe, line, memory, .. } = statics;
     let boot = Boot {
         probe: board.identity(),
@@ -15,7 +16,7 @@ pub(super) fn boot<B: Board>(board: &B, statics: &mut Statics<'_, B::Flash>, fir
         goes_on_after_s: memory.as_ref().and_then(|memory| memory.goes_on_after_s()),
         first_sample,
         flies: memory.as_ref().and_then(|memory| memory.flies(probe)),
-        ..Boot::new(*probe.config())
+        ..Boot::new(config)
     };
     info!("{} from sample {=u32}, stored model {}", boot.reset, boot.first_sample, boot.restored_model);
     line.boot(now_us, &boot);

@@ -11,7 +11,6 @@ use crate::{
 };
 use meerkat_mwd::{
     Config, Sample,
-    config::SurveyConfig,
     emulation::Recording,
     telemetry::{ProbeId, StreamConfig},
 };
@@ -41,8 +40,6 @@ pub enum Stage {
 pub struct RealTime {
     /// The probe's configuration.
     pub config: Config,
-    /// Configuration of its surveys.
-    pub survey: SurveyConfig,
     /// Settings of the telemetry stream.
     pub stream: StreamConfig,
     /// True if raw samples are sent.
@@ -64,7 +61,6 @@ impl Default for RealTime {
     fn default() -> Self {
         Self {
             config: Config::default(),
-            survey: SurveyConfig::default(),
             stream: StreamConfig { bytes_per_s: 92_160, ..StreamConfig::default() },
             recording: false,
             key: None,
@@ -114,8 +110,7 @@ impl RealTime {
     pub fn prepare_in(&self, directory: &Path, firmware: &Firmware, samples: &[Sample]) -> Result<(), EmulateError> {
         let hang = self.hang.map(|(stage, sample)| (stage as u8, sample));
         let (truth, sensors) = self.played(samples);
-        let what =
-            (self.config, self.survey, self.stream, self.recording, self.key, sensors, hang, self.power_cut_after);
+        let what = (self.config, self.stream, self.recording, self.key, sensors, hang, self.power_cut_after);
         let boot = postcard::to_stdvec(&what)?;
         fs::write(directory.join("probe"), &firmware.elf).map_err(file("the firmware cannot be copied"))?;
         fs::write(directory.join("boot.bin"), boot).map_err(file("the configuration cannot be written"))?;

@@ -8,7 +8,6 @@ use crate::{
 use meerkat_mwd::{
     Config,
     application::Settings,
-    config::SurveyConfig,
     telemetry::{
         Acknowledgement, Command, CommandRefusal, EarlierModel, Erasure, FrameDecoder, Key, Kind, MAX_DECODED,
         MAX_PAYLOAD, Message, Outcome, ProbeId, StreamConfig, authenticate,
@@ -47,7 +46,6 @@ struct Sent {
 pub struct Host {
     random: Random,
     config: Config,
-    survey: SurveyConfig,
     stream: StreamConfig,
     decoder: FrameDecoder<MAX_DECODED>,
     sent: Vec<Sent>,
@@ -64,11 +62,10 @@ pub struct Host {
 
 impl Host {
     pub fn new(random: Random, settings: &Settings, first_sequence: u16, counter: u64) -> Self {
-        let Settings { config, survey, stream, .. } = settings;
+        let Settings { config, stream, .. } = settings;
         Self {
             random,
             config: *config,
-            survey: *survey,
             stream: *stream,
             decoder: FrameDecoder::new(),
             sent: Vec::new(),
@@ -128,7 +125,7 @@ impl Host {
         match self.random.between(0.0, 10.0) as usize {
             0 | 1 => Command::Erase { what: Erasure::Models },
             2 => Command::Configure(self.config),
-            3 => Command::ConfigureSurvey(self.survey),
+            3 => Command::ConfigureSurvey(self.config.survey),
             4 => Command::ConfigureStream(self.stream),
             5 | 6 => Command::AcceptModel { window_end_us: self.window_end_us },
             7 => Command::RollBackModel { to: EarlierModel::Previous },
@@ -252,13 +249,8 @@ mod tests {
 
     #[test]
     fn an_answer_is_of_the_latest_command_with_its_number() {
-        let settings = Settings {
-            config: Config::default(),
-            survey: SurveyConfig::default(),
-            stream: StreamConfig::default(),
-            recording: false,
-            key: None,
-        };
+        let settings =
+            Settings { config: Config::default(), stream: StreamConfig::default(), recording: false, key: None };
         let mut host = Host::new(Random::new(1), &settings, 65_530, 0);
         assert_eq!(host.place_of(65_530), None);
         let mut numbers = Vec::new();

@@ -37,7 +37,7 @@ use meerkat_mwd::{
         Statics,
     },
     compensation::effects::LIBRARY,
-    config::{Latency, SurveyConfig},
+    config::Latency,
     emulation::{Conversions, ModelledParts, Recording, RecordingPlayer},
     storage::{Limits, ModelStore, NotDrilling, Preparation},
     survey::Surveyor,
@@ -174,12 +174,11 @@ fn settings(proportions: &Proportions, declares_its_field: bool) -> Settings {
     if proportions.short_windows {
         (config.identification.window_s, config.identification.step_s) = (10.0, 5.0);
     }
-    let mut survey = SurveyConfig::default();
     if proportions.short_surveys {
-        (survey.settle_s, survey.average_s) = (1.0, 1.0);
+        (config.survey.settle_s, config.survey.average_s) = (1.0, 1.0);
     }
     let stream = StreamConfig { attitude_every: 10, ..StreamConfig::default() };
-    Settings { config, survey, stream, recording: false, key: Some(KEY) }
+    Settings { config, stream, recording: false, key: Some(KEY) }
 }
 
 /// A flash in which so many commands were counted.

@@ -104,8 +104,7 @@ pub fn fly(mut desk: Desk, seconds: u64) -> Seen {
     let dynamics = DynamicsConfig { window_s: desk.dynamics_s, ..DynamicsConfig::default() };
     let survey = SurveyConfig { settle_s: 1.0, average_s: 1.0, dynamics, ..SurveyConfig::default() };
     let settings = Settings {
-        config: Config { sample_period_us: desk.period_us as u32, ..Config::default() },
-        survey,
+        config: Config { sample_period_us: desk.period_us as u32, survey, ..Config::default() },
         stream: StreamConfig { bytes_per_s: desk.bytes_per_s, ..StreamConfig::default() },
         recording: false,
         key: Some(KEY),

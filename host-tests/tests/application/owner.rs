@@ -2,9 +2,10 @@
 
 use super::desk_board::{Desk, Images, KEY, PROBE, fly};
 use meerkat_mwd::{
-    Sample,
+    Config, Sample,
     application::Updater,
-    storage::{ImageSlots, Slot},
+    config::SurveyConfig,
+    storage::{FactoryRecord, ImageSlots, Mounting, Slot},
     telemetry::{
         Command, CommandRefusal, ImagePart, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, authenticate,
         encode_frame, encode_payload,
@@ -28,6 +29,12 @@ fn answer(messages: &[(u64, Message)], sequence: u16) -> Option<(u64, Outcome)> 
     })
 }
 
+/// A line that gives each frame from its time on.
+fn line_of(frames: Vec<(u64, Vec<u8>)>) -> Box<dyn FnMut(u64) -> Option<u8>> {
+    let mut bytes = frames.into_iter().flat_map(|(us, frame)| frame.into_iter().map(move |byte| (us, byte))).peekable();
+    Box::new(move |now_us| bytes.next_if(|(us, _)| *us <= now_us).map(|(_, byte)| byte))
+}
+
 /// Counters of refused commands fill the flash while the tool drills, where nothing may be erased. Once it stands still
 /// the first refusal makes room, and the owner is heard again.
 #[test]
@@ -38,7 +45,6 @@ fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
         (1..=COMMANDS).map(|n| (1_000_000 + u64::from(n) * 20_000, signed(n, &Command::SendVibration))).collect();
     frames.push((25_000_000, signed(COMMANDS + 1, &Command::SendVibration)));
     frames.push((26_000_000, signed(COMMANDS + 2, &Command::SendVibration)));
-    let mut bytes = frames.into_iter().flat_map(|(us, frame)| frame.into_iter().map(move |byte| (us, byte))).peekable();
     let reads = |at_rest: Sample| {
         // It shakes: a turn that force and field do not show would be a fault of the gyro.
         let shaken = if at_rest.t_us >= SHAKES_UNTIL_US { 0.0 } else { 4.0 };
@@ -46,12 +52,7 @@ fn an_owner_who_insists_while_drilling_is_heard_at_the_next_rest() {
         Sample { accel_m_s2: at_rest.accel_m_s2.map(|x| x + shaken), ..at_rest }
     };
     let seen = fly(
-        Desk {
-            line: Box::new(move |now_us| bytes.next_if(|(us, _)| *us <= now_us).map(|(_, byte)| byte)),
-            reads: Box::new(reads),
-            flash: Some(MockFlash::new(3, 2)),
-            ..Desk::default()
-        },
+        Desk { line: line_of(frames), reads: Box::new(reads), flash: Some(MockFlash::new(3, 2)), ..Desk::default() },
         28,
     );
     let outcome = |sequence| answer(&seen.messages, sequence).map(|(_, outcome)| outcome);
@@ -112,6 +113,37 @@ fn a_flood_of_wrong_parts_drowns_neither_answers_nor_health() {
         .iter()
         .filter(|(us, message)| *us > FLOOD_US + 1_000_000 && matches!(message, Message::Health(_)));
     assert!(health.count() >= 3);
+}
+
+/// A recording is replayed with the configuration of its boot: whatever set the surveys last stands in it.
+#[test]
+fn a_boot_has_the_surveys_settings_in_use() {
+    let survey = |toolface_offset_rad| SurveyConfig {
+        settle_s: 1.0,
+        average_s: 1.0,
+        toolface_offset_rad,
+        ..SurveyConfig::default()
+    };
+    let recording = Command::StartRecording { for_s: Some(1) };
+    let mounting = FactoryRecord::Mounting(Mounting { toolface_offset_rad: 1.0 });
+    let commands = [
+        (5, Command::ConfigureSurvey(survey(0.25))),
+        (8, recording.clone()),
+        (11, Command::Configure(Config { survey: survey(0.5), ..Config::default() })),
+        (17, Command::ConfigureSurvey(survey(0.75))),
+        (20, recording.clone()),
+        (23, Command::Provision { record: mounting, only_check: false }),
+        (26, recording),
+    ];
+    let frames = (1..).zip(commands).map(|(n, (s, command))| (s * 1_000_000, signed(n, &command))).collect();
+    let seen = fly(Desk { line: line_of(frames), flash: Some(MockFlash::new(3, 2)), ..Desk::default() }, 30);
+    let outcomes: Vec<_> = (1..=7).map(|n| answer(&seen.messages, n).map(|(_, outcome)| outcome)).collect();
+    assert_eq!(outcomes, vec![Some(Outcome::Accepted); 7]);
+    let boots = seen.messages.iter().filter_map(|(_, message)| match message {
+        Message::Boot(boot) => Some(boot.config.survey.toolface_offset_rad),
+        _ => None,
+    });
+    assert_eq!(boots.collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
 }
 
 /// More reports of the vibration dose than a byte counts, on a probe without a flash to keep them in.

@@ -22,7 +22,7 @@ use meerkat_mwd::{
     Config, Probe,
     application::{
         Acquisition, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings, Statics, data_sheet,
-        factory_config, factory_records, factory_survey,
+        factory_config, factory_records,
     },
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
@@ -87,9 +87,10 @@ fn main() -> ! {
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
     let (models, mut region) = flash::split(chip.NVMC);
     let factory = factory_records(&mut region);
+    let mut config = Config { sample_period_us, full_scale, latency, ..Config::default() };
+    factory_config(&factory, &mut config);
     let settings = Settings {
-        config: Config { sample_period_us, full_scale, latency, ..factory_config(&factory) },
-        survey: factory_survey(&factory),
+        config,
         stream: StreamConfig { bytes_per_s: BYTES_PER_S, ..StreamConfig::default() },
         recording: false,
         key: factory.key,

@@ -62,7 +62,8 @@ pub enum Command {
     },
     /// Start afresh with another configuration. Changes calibration.
     Configure(Config),
-    /// Set how surveys are taken and judged. It changes calibration, because a toolface offset is part of it.
+    /// Set how surveys are taken and judged, until the next [`Command::Configure`]. It changes calibration, because a
+    /// toolface offset is part of it.
     ConfigureSurvey(SurveyConfig),
     /// Store the fit of a window, and fly it even where it was refused: an operator has checked it. It flies after the
     /// next start, too. Of an accepted window the flown model is stored without waiting for it to prove stable. Only

@@ -1,7 +1,7 @@
 //! Boot file of a run, `boot.bin`, in postcard's encoding.
 
 use meerkat_mwd::{
-    application::{Settings, Stage},
+    application::{Settings, Stage, factory_config},
     emulation::Recording,
     storage::FactoryRecords,
 };
@@ -40,16 +40,8 @@ impl Boot {
             }
         }
         let bytes = bytes.get(..used).unwrap_or_default();
-        let (config, survey, stream, recording, key, sensors, hang, power_cut_after): (
-            _,
-            _,
-            _,
-            _,
-            _,
-            _,
-            Option<(u8, u32)>,
-            _,
-        ) = postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
+        let (config, stream, recording, key, sensors, hang, power_cut_after): (_, _, _, _, _, Option<(u8, u32)>, _) =
+            postcard::from_bytes(bytes).map_err(|_| "boot.bin does not hold a configuration and what to do with it")?;
         let hang = match hang {
             None => None,
             Some((number, at_sample)) => {
@@ -58,19 +50,14 @@ impl Boot {
                 Some(Hang { stage, at_sample })
             }
         };
-        let settings = Settings { config, survey, stream, recording, key };
+        let settings = Settings { config, stream, recording, key };
         Ok(Self { settings, sensors, hang, power_cut_after })
     }
 
     /// Replaces the file's settings by the factory's records, where there are any.
     pub fn provisioned(&mut self, records: &FactoryRecords) {
-        let Settings { config, survey, key, .. } = &mut self.settings;
-        if let Some(calibration) = &records.calibration {
-            (config.gyro, config.accel, config.mag) = (calibration.gyro, calibration.accel, calibration.mag);
-        }
-        if let Some(mounting) = &records.mounting {
-            survey.toolface_offset_rad = mounting.toolface_offset_rad;
-        }
+        let Settings { config, key, .. } = &mut self.settings;
+        factory_config(records, config);
         *key = records.key.or(*key);
     }
 }
