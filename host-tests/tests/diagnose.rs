@@ -39,6 +39,7 @@ fn moment(number: usize) -> Snapshot {
 #[test]
 fn what_an_effect_adds_is_taken_out() {
     for (index, effect) in LIBRARY.iter().enumerate() {
+        let (mut most, mut of_delay) = (0.0_f32, false);
         for number in 0..20 {
             let truth = moment(number);
             let mut parameters = [0.0; 9];
@@ -47,6 +48,7 @@ fn what_an_effect_adds_is_taken_out() {
             }
             if effect.gyro_delay_s(&parameters) != 0.0 {
                 // It is taken out of the times of validity, and of the vectors.
+                of_delay = true;
                 continue;
             }
             let added = (0..effect.parameters().len())
@@ -68,7 +70,9 @@ fn what_an_effect_adds_is_taken_out() {
             ];
             let second_order = added.norm() * added.norm() / scale + 1e-4 * scale;
             assert!(left.iter().all(|x| *x <= second_order), "{} {number}: {left:?} of {added}", effect.name());
+            most = most.max(added.norm() / second_order);
         }
+        assert!(of_delay || most > 1.0, "{} adds nothing that would be missed", effect.name());
     }
 }
 

@@ -6,6 +6,7 @@ use meerkat_mwd_c::{
     MWD_ATTITUDE_FILTER_SIZE, MWD_MOUNTING_CHECK_SIZE, MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MwdAttitudeFilter,
     MwdMountingCheck, MwdProbe, MwdSurveyor,
 };
+use serde_json::{Value, json};
 use std::{env, fs, path::Path};
 
 fn generated() -> String {
@@ -59,21 +60,56 @@ fn the_sizes_are_hardly_larger_than_the_objects() {
     }
 }
 
+/// Places of all numbers, names and absences in a configuration.
+fn places(value: &Value, at: &str, into: &mut Vec<String>) {
+    match value {
+        Value::Object(fields) => fields.iter().for_each(|(name, value)| places(value, &format!("{at}/{name}"), into)),
+        Value::Array(items) => (0..).zip(items).for_each(|(k, item)| places(item, &format!("{at}/{k}"), into)),
+        _ => into.push(at.to_owned()),
+    }
+}
+
+/// What may stand in the place of a value.
+fn others(value: &Value) -> Vec<Value> {
+    match value {
+        Value::Bool(on) => vec![json!(!on)],
+        Value::Number(x) if x.is_f64() => {
+            let x = x.as_f64().unwrap();
+            vec![json!(x * 1.015625), json!(x * 0.984375), json!(x + 0.0625)]
+        }
+        Value::Number(x) => vec![json!(x.as_u64().unwrap() + 1), json!(x.as_u64().unwrap() - 1)],
+        Value::Null => vec![json!(0.25), json!(30.0)],
+        _ => vec![],
+    }
+}
+
+/// Names that a configuration with a wrong one says it could have.
+fn other_names(mut config: Value, place: &str) -> Vec<Value> {
+    *config.pointer_mut(place).unwrap() = json!("?");
+    let said = serde_json::from_value::<Config>(config).unwrap_err().to_string();
+    let (_, expected) = said.split_once("expected").unwrap();
+    expected.split('`').skip(1).step_by(2).map(|name| json!(name)).collect()
+}
+
+/// One field after the other takes a value that no default has.
 #[test]
 fn the_flat_configuration_holds_every_field() {
-    // Values that no default has, among them every kind of absence.
-    let mut config = Config { seed: 5, effects: false, ..Config::default() };
-    config.gyro.p[1][2] = 0.25;
-    config.gyro.b_rad_s = [0.5, 0.25, 0.125];
-    config.accel.matrix[2][0] = 0.125;
-    config.mag.offset = [1.0, 2.0, 3.0];
-    config.earth.dip_rad = Some(1.0);
-    config.full_scale.mag_ut = Some(400.0);
-    config.survey.grid_convergence_rad = Some(0.5);
-    config.survey.limits.propagated = true;
-    config.identification.max_evaluations = 7;
-    for config in [Config::default(), config] {
-        let flat = meerkat_mwd_c::MwdConfig::from(&config);
-        assert_eq!(flat.checked_config(), Some(config));
+    let through = |config: &Config| meerkat_mwd_c::MwdConfig::from(config).checked_config();
+    assert_eq!(through(&Config::default()), Some(Config::default()));
+    let default = serde_json::to_value(Config::default()).unwrap();
+    let mut all = Vec::new();
+    places(&default, "", &mut all);
+    for place in &all {
+        let value = default.pointer(place).unwrap();
+        let others = if value.is_string() { other_names(default.clone(), place) } else { others(value) };
+        let configs = others.into_iter().filter_map(|other| {
+            let mut changed = default.clone();
+            *changed.pointer_mut(place).unwrap() = other;
+            serde_json::from_value::<Config>(changed).ok()
+        });
+        let usable: Vec<_> = configs.filter(|it| *it != Config::default() && it.validate().is_ok()).collect();
+        assert!(!usable.is_empty(), "{place}: no other value can be used");
+        usable.iter().for_each(|config| assert_eq!(through(config), Some(*config), "{place}"));
     }
+    assert!(all.len() > 80, "{}", all.len());
 }
