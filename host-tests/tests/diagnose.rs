@@ -70,7 +70,8 @@ fn what_an_effect_adds_is_taken_out() {
             ];
             let second_order = added.norm() * added.norm() / scale + 1e-4 * scale;
             assert!(left.iter().all(|x| *x <= second_order), "{} {number}: {left:?} of {added}", effect.name());
-            most = most.max(added.norm() / second_order);
+            let missed = added.norm() / second_order;
+            most = if missed > most { missed } else { most };
         }
         // A step shows between moments, and in none.
         let of_times = of_delay || effect.name() == "gyro_bias_step";

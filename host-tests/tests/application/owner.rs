@@ -128,10 +128,10 @@ fn a_boot_has_the_surveys_settings_in_use() {
     let mounting = FactoryRecord::Mounting(Mounting { toolface_offset_rad: 1.0 });
     let commands = [
         (5, Command::ConfigureSurvey(survey(0.25))),
-        (8, recording.clone()),
+        (8, recording),
         (11, Command::Configure(Config { survey: survey(0.5), ..Config::default() })),
         (17, Command::ConfigureSurvey(survey(0.75))),
-        (20, recording.clone()),
+        (20, recording),
         (23, Command::Provision { record: mounting, only_check: false }),
         (26, recording),
     ];
