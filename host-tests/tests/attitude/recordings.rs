@@ -90,7 +90,7 @@ fn score(path: &Path) -> Score {
 }
 
 /// Bounds are the worst of six recordings measured (total 3.5, heading 3.4, inclination 0.8 deg; two with a
-/// magnet) plus a fifth.
+/// magnet) plus a fifth. Of those in this repository one has a reference.
 #[test]
 fn attitude_stays_near_the_optical_reference() {
     let mut with_reference = 0;
