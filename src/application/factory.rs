@@ -15,7 +15,7 @@ pub fn factory_records<R: ReadNorFlash>(region: &mut R) -> FactoryRecords {
 }
 
 /// Puts the factory's calibration and mounting, where they are recorded, into a configuration.
-pub const fn factory_config(records: &FactoryRecords, config: &mut Config) {
+pub const fn apply_factory_records(records: &FactoryRecords, config: &mut Config) {
     if let Some(calibration) = &records.calibration {
         (config.gyro, config.accel, config.mag) = (calibration.gyro, calibration.accel, calibration.mag);
     }

@@ -1,7 +1,7 @@
 //! The probe's program, the same on every board: samples first, then one bounded piece of identification or
 //! diagnosis, then telemetry, then sleep.
 //!
-//! A `main` calls [`factory_records`], `data_sheet` and [`factory_config`] for its [`Settings`], [`Memory::start`],
+//! A `main` calls [`factory_records`], `data_sheet` and [`apply_factory_records`] for its [`Settings`], [`Memory::start`],
 //! [`Application::start`], lets the sample clock call `Sensors::read`, and then [`Application::turn`] for ever.
 
 mod acquisition;
@@ -27,7 +27,7 @@ pub use board::Board;
 pub use burst::{BURST_SAMPLES, Burst};
 pub use commands::Commands;
 pub use delay::{Delays, LATE_US};
-pub use factory::{factory_config, factory_records, provision};
+pub use factory::{apply_factory_records, factory_records, provision};
 pub use line::Line;
 pub use memory::Memory;
 pub use program_update::{ProgramUpdate, Updater};

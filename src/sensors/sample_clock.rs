@@ -1,14 +1,13 @@
 //! Sample clock: times of a part's frames, from the times at which the part is read.
 
 /// What made a source be read, and so the meaning of the time that is told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Trigger {
     /// The part's interrupt: the newest frame was put out then.
     Interrupt,
     /// Nothing, at the time of the call: the newest frame was put out at most one period before. Its time is half a period
     /// before, and errs by up to as much.
-    #[default]
     Polled,
 }
 

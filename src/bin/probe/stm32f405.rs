@@ -22,8 +22,8 @@ use flash_registers::ModelFlash;
 use meerkat_mwd::{
     Config, Probe,
     application::{
-        Acquisition, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings, Statics, data_sheet,
-        factory_config, factory_records,
+        Acquisition, Application, Board, Burst, Commands, Line, Memory, SampleQueue, Settings, Statics,
+        apply_factory_records, data_sheet, factory_records,
     },
     survey::Surveyor,
     telemetry::{ProbeId, ResetReason, StreamConfig},
@@ -92,7 +92,7 @@ fn main() -> ! {
     let mut region = flash::FactoryFlash(flash_registers::again());
     let factory = factory_records(&mut region);
     let mut config = Config { sample_period_us, full_scale, latency, ..Config::default() };
-    factory_config(&factory, &mut config);
+    apply_factory_records(&factory, &mut config);
     let settings = Settings {
         config,
         stream: StreamConfig { bytes_per_s: BAUD / 10, ..StreamConfig::default() },

@@ -1,7 +1,7 @@
 //! Boot file of a run, `boot.bin`, in postcard's encoding.
 
 use meerkat_mwd::{
-    application::{Settings, Stage, factory_config},
+    application::{Settings, Stage, apply_factory_records},
     emulation::Recording,
     storage::FactoryRecords,
 };
@@ -57,7 +57,7 @@ impl Boot {
     /// Replaces the file's settings by the factory's records, where there are any.
     pub fn provisioned(&mut self, records: &FactoryRecords) {
         let Settings { config, key, .. } = &mut self.settings;
-        factory_config(records, config);
+        apply_factory_records(records, config);
         *key = records.key.or(*key);
     }
 }
