@@ -13,7 +13,7 @@ use meerkat_mwd::{
     Config,
     config::{FullScale, Latency},
 };
-use mwd::trace::Trace;
+use playback::trace::Trace;
 use tempfile::TempDir;
 
 const HEADER: &str = "t_s,gx,gy,gz,ax,ay,az";

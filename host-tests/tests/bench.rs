@@ -4,17 +4,17 @@
 use std::process::{Command, Output};
 
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{
-    bench::{
+use playback::{
+    simulate::{Scenario, simulate},
+    study::{
         cramer_rao::{Bound, Vibration},
         one_window::{Run, scenario},
         rms,
     },
-    research::{
-        contenders::{Contenders, IMOA, NAMES, TRUE},
-        pure_integration::Drift,
-    },
-    simulate::{Scenario, simulate},
+};
+use research::{
+    contenders::{Contenders, IMOA, NAMES, TRUE},
+    pure_integration::Drift,
 };
 use serde_json::Value;
 use tempfile::TempDir;

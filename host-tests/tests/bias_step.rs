@@ -7,12 +7,12 @@ use meerkat_mwd::{
     Config,
     diagnosis::{DiagnosisReport, EffectReport},
 };
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 

@@ -9,13 +9,13 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, Effect, FoundEffect, Sensor, Snapshot, effects::LIBRARY},
     diagnosis::{DiagnosisReport, Verdict},
 };
-use mwd::{
-    diagnosis::diagnosed,
+use mwd::diagnosis::diagnosed;
+use nalgebra::Vector3;
+use playback::{
     flight::{configuration::of_trace, fly, fly_with},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
-use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use tempfile::TempDir;

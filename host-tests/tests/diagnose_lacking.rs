@@ -7,8 +7,10 @@ mod rig;
 use meerkat_mwd::{SampleFlags, compensation::Sensor, diagnosis::Verdict};
 use mwd::{
     diagnosis::{Diagnosed, against_reference, diagnosed},
-    flight::{Flight, configuration::of_trace, fly},
     report::account::sentences,
+};
+use playback::{
+    flight::{Flight, configuration::of_trace, fly},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };

@@ -8,7 +8,7 @@ use std::{
 };
 
 use meerkat_mwd::Config;
-use mwd::simulate::{Scenario, Temperature};
+use playback::simulate::{Scenario, Temperature};
 use serde_json::Value;
 
 fn root() -> PathBuf {

@@ -12,8 +12,6 @@ use meerkat_mwd::{
 };
 use mwd::{
     bench::size,
-    flight::{self, configuration},
-    simulate::{Scenario, simulate},
     target::{
         call_costs::{Call, count_calls},
         emulate::{self, EmulatedFlight, Feed},
@@ -23,9 +21,13 @@ use mwd::{
         machine::build_program,
         module_sizes, toolchain, wire,
     },
-    trace::Trace,
 };
 use nalgebra::Vector3;
+use playback::{
+    flight::{self, configuration},
+    simulate::{Scenario, simulate},
+    trace::Trace,
+};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{process::Command, time::Duration};

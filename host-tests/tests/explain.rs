@@ -6,7 +6,7 @@ mod rig;
 use std::path::Path;
 
 use meerkat_mwd::SampleFlags;
-use mwd::{
+use playback::{
     simulate::{Scenario, simulate},
     trace::Trace,
 };

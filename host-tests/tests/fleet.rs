@@ -10,8 +10,8 @@ use chrono::{Days, NaiveDate};
 use mwd::{
     fleet::{Parameters, Recording, Standing, Window, drift::probes, read, read_and_replaced},
     report::html::{fleet::page, write_page},
-    simulate::{Effects, Scenario, simulate},
 };
+use playback::simulate::{Effects, Scenario, simulate};
 use rig::{
     browser::{browser, is_legible, told, told_by},
     files::scenario,

@@ -1,4 +1,4 @@
-//! The modules of library, firmware and host tool: none imports what imports it.
+//! The modules of library, firmware and desk: none imports what imports it.
 //!
 //! An arrow runs from a file to the file that defines a name it uses, in a `use` or in a path. A re-export is
 //! a door, not an arrow: it leads to the file that defines the name. A module may name its own ancestors,
@@ -16,7 +16,14 @@ use std::{
 type Names = Vec<String>;
 
 /// The crates that are read: folder below the repository, and first file.
-const CRATES: [(&str, &str); 3] = [("src", "lib.rs"), ("src/bin/probe", "main.rs"), ("host-tests/src", "lib.rs")];
+const CRATES: [(&str, &str); 6] = [
+    ("src", "lib.rs"),
+    ("src/bin/probe", "main.rs"),
+    ("host-tests/src", "lib.rs"),
+    ("host-tests/attack/src", "lib.rs"),
+    ("host-tests/playback/src", "lib.rs"),
+    ("host-tests/research/src", "lib.rs"),
+];
 
 /// A file of a crate.
 struct Module {
@@ -57,15 +64,20 @@ fn no_folder_imports_what_imports_it() {
     }
 }
 
-/// Settled research is left alone by everything but the command that prints it.
+/// Settled research is left alone by everything but the command that prints it: no other crate may depend on it.
 #[test]
 fn only_the_bench_command_calls_settled_research() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let arrows = arrows(&read_crate(&root.join("src"), "lib.rs"));
-    let is_research = |file: &PathBuf| file.starts_with("research");
-    let callers = arrows.iter().filter(|(from, to)| !is_research(from) && to.iter().any(is_research));
-    let callers: Vec<_> = callers.map(|(from, _)| from.display().to_string()).collect();
+    let modules = read_crate(&root.join("src"), "lib.rs");
+    let texts =
+        modules.values().map(|module| (&module.file, fs::read_to_string(root.join("src").join(&module.file)).unwrap()));
+    let callers = texts.filter(|(_, text)| code_of(text).contains("research::"));
+    let callers: Vec<_> = callers.map(|(file, _)| file.display().to_string()).collect();
     assert_eq!(callers, ["commands/bench/sections.rs"]);
+    for folder in ["attack", "playback"] {
+        let manifest = fs::read_to_string(root.join(folder).join("Cargo.toml")).unwrap();
+        assert!(!manifest.contains("research"), "{folder}");
+    }
 }
 
 #[test]

@@ -20,8 +20,8 @@ use meerkat_mwd::{
     },
     sample::{Reading, SampleFlags},
 };
-use mwd::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use playback::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use tempfile::TempDir;
 
 use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};

@@ -12,7 +12,7 @@ use meerkat_mwd::{
     },
     diagnosis::{Correlate, DiagnosisReport, EffectReport, RemainderReport, Verdict},
 };
-use mwd::{
+use playback::{
     flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };

@@ -14,7 +14,7 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
     storage::{StoreReason, StoredModel, fingerprint},
 };
-use mwd::{
+use playback::{
     flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::{Keys, Trace},

@@ -11,9 +11,11 @@ use meerkat_mwd::{
 };
 use mwd::{
     diagnosis::diagnosed,
-    flight::{Flight, configuration::of_trace, fly},
     layout::Layout,
     report::{json::result_json, summary::print_summary},
+};
+use playback::{
+    flight::{Flight, configuration::of_trace, fly},
     simulate::{Effects, Scenario, simulate},
     trace::Trace,
 };

@@ -17,7 +17,6 @@ use meerkat_mwd::{
     },
 };
 use mwd::{
-    simulate::{Scenario, simulate},
     surveys::simulated_run::Run,
     target::{
         call_costs::count_function,
@@ -25,6 +24,9 @@ use mwd::{
         image::Image,
         toolchain::{Toolchain, workspace},
     },
+};
+use playback::{
+    simulate::{Scenario, simulate},
     trace::{Trace, recordings},
 };
 use std::{fs, path::Path, process::Command, time::Duration};
@@ -213,7 +215,7 @@ fn what_is_identified_is_worth_it_while_drilling() {
     const RUNS: u64 = 4;
     for seed in 1..=RUNS {
         let (trace, _) = simulate(&scenario, seed);
-        let config = mwd::flight::configuration::of_trace(&trace);
+        let config = playback::flight::configuration::of_trace(&trace);
         let mut probe = Box::new(AttitudeProbe::new());
         let of = [
             errors(&mut Attitude::new(&mut probe, &mut Surveys::new()), &config, &trace),

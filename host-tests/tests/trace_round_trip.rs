@@ -6,8 +6,8 @@ mod rig;
 use std::fs;
 
 use meerkat_mwd::{Sample, SampleFlags, config::Motion};
-use mwd::{
-    diagnosis::diagnosed,
+use mwd::diagnosis::diagnosed;
+use playback::{
     flight::{configuration::of_trace, fly_on, started},
     score::{Settings, score},
     trace::{BodyFrame, EarthFrame, Keys, Trace},

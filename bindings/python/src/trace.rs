@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::trace::{Keys, RowOrder, RowPlace, Trace as Inner, TraceError};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ndarray::Array2};
+use playback::trace::{Keys, RowOrder, RowPlace, Trace as Inner, TraceError};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::bad;

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| mwd::fuzzed::command_gate(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| attack::fuzzed::command_gate(bytes));

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| mwd::fuzzed::frame(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| attack::fuzzed::frame(bytes));

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| mwd::fuzzed::stored_records(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| attack::fuzzed::stored_records(bytes));

@@ -11,12 +11,6 @@ use meerkat_mwd::{
 use super::{key::Key, options::Options, parts::Part};
 use crate::{
     diagnosis::diagnosed,
-    failure::Failure,
-    flight::{
-        Flight,
-        configuration::{configuration, frozen_from_us},
-        started, watched,
-    },
     import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
@@ -24,6 +18,14 @@ use crate::{
         html::{Told, replay::page, write_page},
         json::result_json,
         surveys_csv::surveys_csv,
+    },
+};
+use playback::{
+    failure::Failure,
+    flight::{
+        Flight,
+        configuration::{configuration, frozen_from_us},
+        started, watched,
     },
     score,
     trace::Trace,
@@ -59,7 +61,7 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     Ok(Result { trace, config, flight, surveys })
 }
 
-/// The flight of [`crate::flight::fly`] and the surveys of [`crate::flight::surveys`] in one run.
+/// The flight of [`playback::flight::fly`] and the surveys of [`playback::flight::surveys`] in one run.
 fn surveyed(mut probe: Box<Probe>, trace: &Trace) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
     let config = *probe.config();
     let mut surveyor = Surveyor::new();

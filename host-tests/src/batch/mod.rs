@@ -22,14 +22,14 @@ pub use flown::{Result, result};
 pub use key::{Key, program};
 pub use options::Options;
 
-use crate::{
-    failure::Failure,
-    trace::{Fault, TraceError},
-};
 use flown::Beside;
 use parquet_file::Tables;
 pub use parquet_file::tables;
 use parts::{Part, Parts};
+use playback::{
+    failure::Failure,
+    trace::{Fault, TraceError},
+};
 
 /// Results that are read together for the tables: their JSON is ten times as large in memory as in its file.
 const AT_ONCE: usize = 32;

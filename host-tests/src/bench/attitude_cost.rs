@@ -2,11 +2,8 @@
 
 use anyhow::Context;
 
-use super::{
-    effort::Effort,
-    table::{Cell, Table},
-};
 use crate::target::{machine::run_program, toolchain};
+use playback::study::{Cell, Effort, Table};
 
 /// Cost of a filter at one sample rate.
 struct Count {

@@ -1,15 +1,8 @@
 //! Cost of the sampling path on the emulated chip.
 
-use super::{
-    effort::Effort,
-    one_window::scenario,
-    table::{Cell, Table},
-};
-use crate::{
-    flight::configuration::of_trace,
-    simulate::simulate,
-    target::emulate::{Feed, fly_emulated},
-};
+use crate::target::emulate::{Feed, fly_emulated};
+use playback::study::{Cell, Effort, Table, one_window::scenario};
+use playback::{flight::configuration::of_trace, simulate::simulate};
 
 /// Length of the run, seconds.
 const DURATION_S: f64 = 20.0;

@@ -1,10 +1,6 @@
 //! Every kind of fault of a sensor and its wire, at every transaction of two seconds; and the load of the
 //! wire without a fault.
 
-use super::{
-    effort::Effort,
-    table::{Cell, Table},
-};
 use crate::bus_faults::{
     Bus, Motion, Outcome, RUN_US, Run,
     kinds::{KINDS, Part},
@@ -14,6 +10,7 @@ use meerkat_mwd::{
     emulation::{ism330dhcx, rm3100},
     sensors::BURST_FRAMES,
 };
+use playback::study::{Cell, Effort, Table};
 
 /// Stride over transactions in a quick run.
 const QUICK_STRIDE: usize = 17;

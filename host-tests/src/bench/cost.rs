@@ -1,22 +1,18 @@
 //! Cost of a flight on the emulated chip: cycles beside instructions, and what bounds them.
 
-use super::{
-    effort::Effort,
-    one_window::scenario,
-    table::{Cell, Table},
-};
-use crate::{
-    flight::configuration::of_trace,
-    simulate::simulate,
-    target::{
-        call_costs::{Call, CallCosts, Cost, count_calls},
-        firmware::{Board, build_firmware},
-        image::Image,
-        toolchain,
-    },
-    trace::{Trace, recordings},
+use crate::target::{
+    call_costs::{Call, CallCosts, Cost, count_calls},
+    firmware::{Board, build_firmware},
+    image::Image,
+    toolchain,
 };
 use meerkat_mwd::{Config, Sample};
+use playback::study::{Cell, Effort, Table, one_window::scenario};
+use playback::{
+    flight::configuration::of_trace,
+    simulate::simulate,
+    trace::{Trace, recordings},
+};
 
 /// Length of a simulated run, seconds: one window, its latency and some more.
 const DURATION_S: f64 = 60.0;

@@ -2,11 +2,11 @@
 
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
 
-use super::{
-    effort::Effort,
+use playback::study::{
+    Cell, Effort, Table,
     one_window::{Run, WINDOW_S, scenario},
+    rms,
     seeds::each_seed,
-    table::{Cell, Table},
 };
 
 /// Number of deviations within which 95 % of a normal distribution lie.
@@ -71,7 +71,7 @@ fn cells(trials: &[Trial], parameters: std::ops::Range<usize>) -> [Cell; 5] {
         Cell::percent(errors.iter().filter(|e| e.abs() <= DEVIATIONS).count() as f64 / errors.len() as f64, 1)
     };
     let all = errors(0, 1);
-    let scaled = super::rms(&all);
+    let scaled = rms(&all);
     let observable = all.len() as f64 / (trials.len() * parameters.len()) as f64;
     [
         covered(&all),

@@ -2,7 +2,7 @@
 
 use std::array;
 
-use crate::simulate::{
+use playback::simulate::{
     Dropouts, Effects, Gyro, Hole, MagneticBursts, Rotation, Scenario, ShockSettings, Vibration, Wobble, random::Random,
 };
 

@@ -3,15 +3,16 @@
 use anyhow::Context;
 use meerkat_mwd::{compensation::GyroModel, config::Config};
 
-use super::{
+use playback::study::{
+    Cell, Effort, Table,
     cramer_rao::{Bound, Vibration},
-    effort::Effort,
     gyro_grade::GyroGrade,
+    median_and_worst,
     one_window::{WINDOW_S, scenario},
+    rms,
     seeds::each_seed,
-    table::{Cell, Table, median_and_worst, rms},
 };
-use crate::{
+use playback::{
     flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Truth, simulate},

@@ -6,12 +6,13 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 
-use super::{
+use playback::study::{
+    Cell, Effort, Table,
     cramer_rao::{Known, Vibration},
-    effort::Effort,
+    median_and_worst,
     one_window::{CALIBRATED, Run, scenario},
+    rms,
     seeds::each_seed,
-    table::{Cell, Table, median_and_worst, rms},
 };
 
 /// Searches, with their names.

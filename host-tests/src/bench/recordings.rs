@@ -6,13 +6,9 @@ use std::path::Path;
 use anyhow::Context;
 use meerkat_mwd::{Config, magnet::HardIronInterval};
 
-use super::{
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table},
-};
-use crate::{
-    diagnosis::{Diagnosed, against_reference, diagnosed, has_dense_reference},
+use crate::diagnosis::{Diagnosed, against_reference, diagnosed, has_dense_reference};
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use playback::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},

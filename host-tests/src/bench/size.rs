@@ -1,18 +1,11 @@
 //! Flash, RAM and stack of the firmware by module: the page that tests hold the firmware against.
 
-use super::{
-    effort::Effort,
-    one_window::scenario,
-    table::{Cell, Table},
+use crate::target::{
+    module_sizes::{Sizes, measured},
+    toolchain,
 };
-use crate::{
-    simulate::simulate,
-    target::{
-        module_sizes::{Sizes, measured},
-        toolchain,
-    },
-    trace::Trace,
-};
+use playback::study::{Cell, Effort, Table, one_window::scenario};
+use playback::{simulate::simulate, trace::Trace};
 
 /// Length of the flight whose stack is measured, seconds: one window and its latency.
 const DURATION_S: f64 = 56.0;

@@ -7,13 +7,10 @@ use meerkat_mwd::{
 };
 
 use super::{
-    effort::Effort,
     faults::{CLASSES, draw},
-    one_window::Run,
     rotation_error::rotation_error_deg,
-    seeds::each_seed,
-    table::{Cell, Table},
 };
+use playback::study::{Cell, Effort, Table, one_window::Run, seeds::each_seed};
 
 /// Ratio of errors that counts as a clear difference.
 const CLEARLY: f64 = 1.1;

@@ -7,13 +7,12 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 
-use super::{
-    effort::Effort,
+use playback::study::{
+    Cell, Effort, Table, median_and_worst,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
-    table::{Cell, Table, median_and_worst},
 };
-use crate::{
+use playback::{
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, simulate},
 };

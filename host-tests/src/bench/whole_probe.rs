@@ -1,13 +1,9 @@
 //! The whole probe under attack: what went wrong, what was checked and what did not hold.
 
-use super::{
-    effort::Effort,
-    kept::each_block,
-    seeds::each_seed,
-    table::{Cell, Table, median_and_worst},
-};
-use crate::whole_probe::{DAY_S, KINDS, Run, Tally, VIOLATIONS, fly, fly_day, static_bytes};
+use super::kept::each_block;
 use anyhow::bail;
+use attack::whole_probe::{DAY_S, KINDS, Run, Tally, VIOLATIONS, fly, fly_day, static_bytes};
+use playback::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 use serde::{Deserialize, Serialize};
 use std::{ops::Range, time::Instant};
 

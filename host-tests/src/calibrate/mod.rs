@@ -26,14 +26,14 @@ pub use rests::{Mean, Rest, rests};
 pub use sensor::SensorCalibration;
 pub use verdict::Verdict;
 
-use crate::{
+use held_out::norm_error;
+use norm_fit::Observation;
+use playback::{
     failure::Failure,
     flight::configuration::{freeze_at_us, of_file},
     score::root_mean_square,
     trace::Trace,
 };
-use held_out::norm_error;
-use norm_fit::Observation;
 
 /// The factory record before the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

@@ -11,11 +11,13 @@ use clap::Args;
 use super::{fleet, hold_out::hold_out, same_file::none_overwritten};
 use crate::{
     batch::{Options, inputs::recordings, run as fly_all, tables},
+    fleet::read,
+};
+use playback::{
     console::told,
     failure::Failure,
-    fleet::read,
     flight::configuration::{frozen_from_us, of_file},
-    report::progress_bar::progress_bar,
+    progress_bar::progress_bar,
     trace::Trace,
 };
 

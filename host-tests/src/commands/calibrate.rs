@@ -8,14 +8,11 @@ use clap::Args;
 use super::{hold_out::hold_out, same_file::none_overwritten};
 use crate::{
     calibrate::{calibrate, print_account, record, result},
-    console::told,
-    failure::Failure,
-    flight::configuration::of_file,
     import::plausible::checked_raw,
     layout::Layout,
     report::html::{Sources, calibration::page, write_page},
-    trace::Trace,
 };
+use playback::{console::told, failure::Failure, flight::configuration::of_file, trace::Trace};
 
 /// Options of `calibrate`.
 #[derive(Debug, Clone, Args)]

@@ -13,15 +13,15 @@ use meerkat_mwd::telemetry::{
 };
 
 use super::toml_file;
-use crate::{
+use crate::port::{
+    key_file::KeyFile,
+    line::{Line, LineArgs, Received},
+    monitor::self_test_text,
+};
+use playback::{
+    command_frame::{frame_of, framed},
     console::stdout,
     failure::Failure,
-    port::{
-        command_frame::{frame_of, framed},
-        key_file::KeyFile,
-        line::{Line, LineArgs, Received},
-        monitor::self_test_text,
-    },
 };
 
 /// Time that a probe may take to say which it is.

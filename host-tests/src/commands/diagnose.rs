@@ -11,9 +11,7 @@ use super::{
     replay::{HEAD, ReplayArgs, fly_with_bar, prepare},
 };
 use crate::{
-    console::told,
     diagnosis::{against_reference, diagnosed},
-    flight::{configuration::frozen_from_us, started, surveys, watched},
     report::{
         account::print_account,
         attitude_at_end,
@@ -23,6 +21,10 @@ use crate::{
         plain_words,
         window_note::missing,
     },
+};
+use playback::{
+    console::told,
+    flight::{configuration::frozen_from_us, started, surveys, watched},
     score::{self, AttitudeRms},
     trace::Trace,
 };

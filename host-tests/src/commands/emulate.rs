@@ -9,14 +9,16 @@ use super::{
     replay::{self, ReplayArgs},
 };
 use crate::{
-    console::told,
-    failure::Failure,
-    flight::{configuration::frozen_from_us, fly_on, started, through_sensors},
     report::field_unused::note_field_unused,
     target::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
     },
+};
+use playback::{
+    console::told,
+    failure::Failure,
+    flight::{configuration::frozen_from_us, fly_on, started, through_sensors},
     trace::Trace,
 };
 

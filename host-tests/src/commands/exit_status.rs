@@ -4,7 +4,8 @@ use std::io;
 
 use meerkat_mwd::config::ConfigError;
 
-use crate::{failure::Failure, simulate::ScenarioError, target::error::EmulateError, trace::TraceError};
+use crate::target::error::EmulateError;
+use playback::{failure::Failure, simulate::ScenarioError, trace::TraceError};
 
 /// Bad input or usage.
 const BAD_INPUT: u8 = 2;

@@ -10,11 +10,10 @@ use clap::Args;
 use super::same_file::same_file;
 use crate::{
     batch::Key,
-    console::told,
-    failure::Failure,
     fleet::{Recording, drift::probes, read_and_replaced},
     report::html::{fleet, write_page},
 };
+use playback::{console::told, failure::Failure};
 
 /// Recordings that are listed on a terminal.
 const LISTED: usize = 5;

@@ -9,10 +9,10 @@ use std::{
 use clap::Args;
 
 use super::same_file::same_file;
-use crate::{
+use crate::import::{ColumnMap, files, import};
+use playback::{
     console::{is_stdio, told},
     failure::Failure,
-    import::{ColumnMap, files, import},
 };
 
 /// Options of `import`.

@@ -14,14 +14,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
-    console,
     diagnosis::diagnosed,
-    failure::Failure,
-    flight::{
-        Flight,
-        configuration::{freeze_at_us, of_trace},
-        fly_frozen, started, watched,
-    },
     layout::{Layout, named},
     report::{
         html::{Told, replay::page, write_page},
@@ -29,12 +22,21 @@ use crate::{
         plain_words,
         refusal_text::refusal_text,
     },
-    score::{self, PerModel, Reference},
-    simulate::known_error,
     target::{
         emulate::{EmulatedFlight, Feed, fly_emulated},
         error::EmulateError,
     },
+};
+use playback::{
+    console,
+    failure::Failure,
+    flight::{
+        Flight,
+        configuration::{freeze_at_us, of_trace},
+        fly_frozen, started, watched,
+    },
+    score::{self, PerModel, Reference},
+    simulate::known_error,
     trace::{Trace, recordings::folder},
 };
 

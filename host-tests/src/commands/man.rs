@@ -5,7 +5,7 @@ use std::{fs, io::Write, path::PathBuf};
 use clap::{Args, CommandFactory};
 
 use super::Cli;
-use crate::{console, failure::Failure};
+use playback::{console, failure::Failure};
 
 /// Options of `man`.
 #[derive(Debug, Clone, Args)]

@@ -9,14 +9,11 @@ use std::{
 use clap::Args;
 use meerkat_mwd::telemetry::{FrameDecoder, MAX_DECODED, Message};
 
-use crate::{
-    console::stdout,
-    failure::Failure,
-    port::{
-        line::{Line, LineArgs, Received},
-        monitor::{History, LivePage, State, draw, summary_lines},
-    },
+use crate::port::{
+    line::{Line, LineArgs, Received},
+    monitor::{History, LivePage, State, draw, summary_lines},
 };
+use playback::{console::stdout, failure::Failure};
 
 /// Options of `monitor`.
 #[derive(Debug, Clone, Args)]

@@ -5,11 +5,11 @@ use meerkat_mwd::{
     identification::{Decision, Refusal},
 };
 
-use crate::{
+use crate::target::error::EmulateError;
+use playback::{
     failure::{Failure, NOT_UTF8},
     flight::Flight,
     simulate::ScenarioError,
-    target::error::EmulateError,
     trace::{Fault, TraceError},
 };
 

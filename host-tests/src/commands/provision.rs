@@ -17,14 +17,11 @@ use super::{
     command::{heard, no_answer, send_counting},
     toml_file,
 };
-use crate::{
-    console::stdout,
-    failure::Failure,
-    port::{
-        key_file::KeyFile,
-        line::{Line, LineArgs},
-    },
+use crate::port::{
+    key_file::KeyFile,
+    line::{Line, LineArgs},
 };
+use playback::{console::stdout, failure::Failure};
 
 /// Options of `provision`.
 #[derive(Debug, Clone, Args)]

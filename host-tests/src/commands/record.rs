@@ -17,14 +17,12 @@ use meerkat_mwd::telemetry::{Command, FrameDecoder, MAX_DECODED, Message};
 
 use crate::{
     commands::same_file::same_file,
-    console::told,
-    failure::Failure,
     port::{
-        command_frame::frame_of,
         line::{Line, LineArgs, Received},
         recording::{Progress, Recording},
     },
 };
+use playback::{command_frame::frame_of, console::told, failure::Failure};
 
 /// Options of `record`.
 #[derive(Debug, Clone, Args)]

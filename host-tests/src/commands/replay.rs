@@ -10,14 +10,7 @@ use meerkat_mwd::{Config, Probe, config::OptimizerKind, storage::StoredModel};
 
 use super::{hold_out::hold_out, next_step::after_flight, same_file::same_file, toml_file};
 use crate::{
-    console::told,
     diagnosis::diagnosed,
-    failure::Failure,
-    flight::{
-        Flight,
-        configuration::{configuration, frozen_from_us},
-        dynamics, fly_on, started, surveys, through_sensors, watched, worst_second,
-    },
     import::plausible::checked,
     layout::Layout,
     report::{
@@ -28,11 +21,20 @@ use crate::{
         html::{Told, replay::page, write_page},
         json::result_json,
         plain_words,
-        progress_bar::progress_bar,
         rates_csv::write_rates_csv,
         summary::print_summary,
         surveys_csv::write_surveys_csv,
     },
+};
+use playback::{
+    console::told,
+    failure::Failure,
+    flight::{
+        Flight,
+        configuration::{configuration, frozen_from_us},
+        dynamics, fly_on, started, surveys, through_sensors, watched, worst_second,
+    },
+    progress_bar::progress_bar,
     score::{self, Reference},
     trace::{Trace, TraceError},
 };

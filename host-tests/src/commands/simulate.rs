@@ -8,10 +8,11 @@ use std::{
 use clap::Args;
 
 use super::same_file::none_overwritten;
-use crate::{
+use crate::report::picture;
+use playback::{
     console::{save, told},
     failure::Failure,
-    report::{picture, progress_bar::progress_bar},
+    progress_bar::progress_bar,
     simulate::{Scenario, describe, samples_of, simulate_with},
 };
 

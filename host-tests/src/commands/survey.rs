@@ -15,9 +15,6 @@ use nalgebra::Vector3;
 
 use super::same_file::none_overwritten;
 use crate::{
-    console::{self, told},
-    failure::Failure,
-    flight::{configuration::of_trace, started, surveys},
     import::plausible::checked,
     layout::Layout,
     number::fixed,
@@ -37,6 +34,11 @@ use crate::{
         stations_csv::{ReadStation, read},
         surveyed::surveyed,
     },
+};
+use playback::{
+    console::{self, told},
+    failure::Failure,
+    flight::{configuration::of_trace, started, surveys},
     trace::Trace,
 };
 

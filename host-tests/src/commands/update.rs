@@ -17,15 +17,13 @@ use meerkat_mwd::telemetry::{
 
 use super::command::{HEALTH, exchange, heard, listen, no_answer, send_counting};
 use crate::{
-    console::stdout,
-    failure::Failure,
     port::{
-        command_frame::framed,
         key_file::KeyFile,
         line::{Line, LineArgs},
     },
     target::image::Image,
 };
+use playback::{command_frame::framed, console::stdout, failure::Failure};
 
 /// Wait for the answer to a part before it is sent again.
 const PART: Duration = Duration::from_secs(2);

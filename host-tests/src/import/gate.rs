@@ -8,7 +8,7 @@ mod sizes;
 mod time;
 
 use super::{column_map::ColumnMap, merged::Merged, resolve::Resolved, series::Series};
-use crate::trace::Keys;
+use playback::trace::Keys;
 
 /// Outcome of one check.
 #[derive(Clone, Debug, PartialEq)]

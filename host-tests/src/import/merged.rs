@@ -9,7 +9,7 @@ use super::{
     series::{Series, start_at_zero},
     units::Quantity,
 };
-use crate::{
+use playback::{
     failure::Failure,
     trace::{Keys, Trace},
 };

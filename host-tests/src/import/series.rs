@@ -4,7 +4,7 @@ use super::{
     resolve::{Resolved, name, unsigned},
     table::{Column, Table},
 };
-use crate::{
+use playback::{
     failure::Failure,
     trace::{RowOrder, RowPlace},
 };

@@ -1,6 +1,5 @@
 //! The line to a probe: bytes, keys, recorded samples, and the view of what it reports.
 
-pub mod command_frame;
 pub mod key_file;
 pub mod line;
 pub mod monitor;

@@ -12,7 +12,7 @@ use meerkat_mwd::{
     telemetry::{Boot, CommandRefusal, LinkCounters, Message, Outcome, RawSample},
 };
 
-use crate::{
+use playback::{
     failure::Failure,
     trace::{BodyFrame, Keys, Trace, seconds},
 };

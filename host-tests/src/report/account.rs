@@ -11,8 +11,10 @@ use meerkat_mwd::{
 use super::remainder_text::remainder_text;
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rival_of_other_sensor, rivals, why_left_in},
-    flight::Flight,
     number::fixed,
+};
+use playback::{
+    flight::Flight,
     score::{PerModel, Reference},
     trace::{Trace, seconds},
 };

@@ -11,7 +11,6 @@ pub mod json;
 pub mod motion;
 pub mod picture;
 pub mod plain_words;
-pub mod progress_bar;
 pub mod rates_csv;
 pub mod refusal_text;
 pub mod remainder_text;

@@ -2,9 +2,11 @@
 //! simulated trace how the tool turns, and what the gyro makes of it.
 
 use crate::{
-    flight::Flight,
     number::fixed,
     report::html::{Plot, Series},
+};
+use playback::{
+    flight::Flight,
     score::{PerModel, Settings, rotation_errors},
     trace::Trace,
 };

@@ -14,8 +14,8 @@ use super::{
     remainder_text::remainder_text,
     window_note::why_no_window,
 };
-use crate::{
-    diagnosis::{BeforeAfter, Diagnosed, Found},
+use crate::diagnosis::{BeforeAfter, Diagnosed, Found};
+use playback::{
     flight::{Flight, Flying},
     score::{PerModel, Reference},
     trace::Trace,

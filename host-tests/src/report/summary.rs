@@ -10,7 +10,6 @@ use meerkat_mwd::{
 
 use crate::{
     diagnosis::Diagnosed,
-    flight::Flight,
     layout::{Layout, named},
     number::fixed,
     report::{
@@ -21,6 +20,9 @@ use crate::{
         refusal_text::decision_text,
         window_note::{why_no_window, window_note},
     },
+};
+use playback::{
+    flight::Flight,
     score::{PerModel, Reference},
     trace::{Trace, clipping_is_known, seconds},
 };

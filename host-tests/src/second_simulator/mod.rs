@@ -11,13 +11,13 @@ mod sensors;
 
 pub use sensors::{Added, Sensors};
 
-use crate::{
-    simulate::Random,
-    trace::{BodyFrame, EarthFrame, Keys, Trace},
-};
 use meerkat_mwd::config::Motion as MotionKind;
 use motion::Motion;
 use nalgebra::Vector3;
+use playback::{
+    simulate::Random,
+    trace::{BodyFrame, EarthFrame, Keys, Trace},
+};
 
 /// Steps in a second.
 const STEPS_HZ: u32 = 4_000;

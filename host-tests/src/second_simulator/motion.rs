@@ -1,8 +1,8 @@
 //! Motion of the tool.
 
 use super::{Plan, STEP_S, resonator::Resonator};
-use crate::simulate::Random;
 use nalgebra::{UnitQuaternion, Vector3};
+use playback::simulate::Random;
 use std::f64::consts::{PI, TAU};
 
 /// One step of the motion.

@@ -1,6 +1,6 @@
 //! A lightly damped mode driven by noise.
 
-use crate::simulate::Random;
+use playback::simulate::Random;
 use std::f64::consts::TAU;
 
 /// x'' + 2 z w x' + w^2 x = noise, stepped half implicitly.

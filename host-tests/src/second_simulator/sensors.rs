@@ -1,9 +1,9 @@
 //! Three sensors with errors within their data sheets, and the effect that a case adds.
 
 use super::{STEP_S, STEPS_HZ};
-use crate::simulate::Random;
 use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Matrix3, Vector3};
+use playback::simulate::Random;
 use std::collections::VecDeque;
 
 /// Effects that nobody declares, each off at 0.

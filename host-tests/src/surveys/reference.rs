@@ -10,15 +10,13 @@ use super::{
     settings::{ReferenceSettings, RunSettings, one_line},
     settings_file::FIELDS_NT,
 };
-use crate::{
-    earth::{
-        coefficient_file::CoefficientFile,
-        field_at_depth::{field_at, within_half_a_turn},
-        gravity_at_depth::gravity_m_s2,
-        reference_field::day,
-    },
-    failure::Failure,
+use crate::earth::{
+    coefficient_file::CoefficientFile,
+    field_at_depth::{field_at, within_half_a_turn},
+    gravity_at_depth::gravity_m_s2,
+    reference_field::day,
 };
+use playback::failure::Failure;
 
 /// Days between the model's date and the survey's from which on a warning is given: the declination drifts by up to
 /// a quarter of a degree a year, so a month is a twentieth of the reference's own error (DEC, 0.36 deg).

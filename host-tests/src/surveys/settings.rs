@@ -9,10 +9,8 @@ use meerkat_mwd::{config::SurveyErrors, survey::multi_station::MultiStationSetti
 use serde::{Deserialize, Serialize};
 
 use super::{sag::Sag, tool_codes::FieldClass};
-use crate::{
-    earth::{gravity_at_depth::ROCK_KG_M3, grid::Grid},
-    failure::Failure,
-};
+use crate::earth::{gravity_at_depth::ROCK_KG_M3, grid::Grid};
+use playback::failure::Failure;
 
 /// Settings of a run's surveys. Depths count from a zero (rotary table) at `zero_height_m`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

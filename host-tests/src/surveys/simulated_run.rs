@@ -2,12 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::simulate::Random;
 use libm::{cos, sin};
 use meerkat_mwd::{
     config::SurveyErrors,
     survey::multi_station::{MultiStationSettings, PARAMETERS, Parameter, Station, StationReference},
 };
+use playback::simulate::Random;
 
 /// Settings of a simulated run.
 #[derive(Clone, Copy, Debug)]

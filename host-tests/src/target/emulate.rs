@@ -13,7 +13,7 @@ use super::{
     toolchain::{self, Toolchain},
     wire,
 };
-use crate::flight::{
+use playback::flight::{
     Flight,
     through_sensors::{self, SamplingCost},
 };

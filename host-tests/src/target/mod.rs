@@ -8,7 +8,6 @@ pub mod firmware;
 pub mod image;
 pub mod machine;
 pub mod missing;
-pub mod mock_flash;
 pub mod module_sizes;
 pub mod real_time;
 pub mod toolchain;

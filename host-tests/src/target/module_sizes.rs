@@ -7,7 +7,7 @@ use super::{
     image::Image,
     toolchain,
 };
-use crate::{flight::configuration::of_trace, trace::Trace};
+use playback::{flight::configuration::of_trace, trace::Trace};
 use std::collections::BTreeMap;
 
 /// Bytes under which a module or a static has no row of its own.

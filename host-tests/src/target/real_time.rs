@@ -5,15 +5,13 @@ use super::{
     error::EmulateError,
     firmware::{Board, Firmware, build_firmware},
 };
-use crate::{
-    flight::through_sensors,
-    target::{deadline, toolchain::Toolchain},
-};
+use crate::target::{deadline, toolchain::Toolchain};
 use meerkat_mwd::{
     Config, Sample,
     emulation::Recording,
     telemetry::{ProbeId, StreamConfig},
 };
+use playback::flight::through_sensors;
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
 
 /// The machine that a loader runs on.

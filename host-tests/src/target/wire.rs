@@ -1,10 +1,10 @@
 //! Files between host and firmware, in postcard's encoding: `trace.bin` in, `flight.bin` out.
 
-use crate::flight::Flight;
 use meerkat_mwd::{
     Config, Sample,
     emulation::{Record, Recording, Summary},
 };
+use playback::flight::Flight;
 
 /// Content of a whole `flight.bin`.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use meerkat_mwd::{
     survey::Surveyor,
     telemetry::{CommandRefusal, FrameDecoder, MAX_DECODED, Message, ProbeId, ResetReason, StreamConfig},
 };
-use mwd::target::mock_flash::MockFlash;
+use mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::mem::MaybeUninit;

@@ -11,7 +11,7 @@ use meerkat_mwd::{
         encode_frame, encode_payload,
     },
 };
-use mwd::target::mock_flash::MockFlash;
+use mock_flash::MockFlash;
 
 /// A command with the key; its sequence number is its counter.
 fn signed(counter: u16, command: &Command) -> Vec<u8> {

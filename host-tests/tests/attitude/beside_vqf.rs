@@ -1,8 +1,8 @@
 //! The whole probe beside VQF on the bundled recordings, in one run.
 
 use meerkat_mwd::Config;
-use mwd::{
-    bench::attitude::{AKTOS_T, ours, vqf},
+use mwd::bench::attitude::{AKTOS_T, ours, vqf};
+use playback::{
     flight::configuration::of_trace,
     score::{AttitudeRms, Settings, attitude_rms_deg},
     trace::{Trace, recordings::folder},

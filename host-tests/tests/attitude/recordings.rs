@@ -6,8 +6,8 @@ use meerkat_mwd::{
     attitude::{AttitudeFilter, AttitudeFlags},
     config::{AttitudeConfig, Earth, Motion},
 };
-use mwd::trace::recordings;
 use nalgebra::{Quaternion, Vector3};
+use playback::trace::recordings;
 use std::{
     collections::HashMap,
     fs::File,

@@ -8,12 +8,12 @@ use meerkat_mwd::{
     config::Latency,
     probe::Output,
 };
-use mwd::{
+use nalgebra::{UnitQuaternion, Vector3};
+use playback::{
     flight::{configuration::of_trace, fly},
     simulate::{Hole, Rotation, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{rig::rotation::rotation, simulation::sound};
 

@@ -2,7 +2,7 @@
 //! it recovers.
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::simulate::{Hole, Rotation, Scenario};
+use playback::simulate::{Hole, Rotation, Scenario};
 
 use crate::{
     simulation::Noise,

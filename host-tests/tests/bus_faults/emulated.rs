@@ -5,18 +5,18 @@
 //! fail.
 
 use crate::rig::emulator::toolchain;
-use mwd::{
-    bench::one_window,
+use mwd::target::{
+    emulate::{Feed, fly_emulated},
+    machine::build_program,
+    toolchain::Toolchain,
+};
+use playback::{
     flight::{
         configuration, fly,
         through_sensors::{each_field_once, play},
     },
     simulate::simulate,
-    target::{
-        emulate::{Feed, fly_emulated},
-        machine::build_program,
-        toolchain::Toolchain,
-    },
+    study::one_window,
 };
 use std::{
     io::{BufRead, BufReader, Write},

@@ -2,13 +2,13 @@
 
 use crate::rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use meerkat_mwd::SampleFlags;
-use mwd::{
-    bench::one_window,
+use playback::{
     flight::{
         configuration,
         through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},
     },
     simulate::simulate,
+    study::one_window,
     trace::Trace,
 };
 

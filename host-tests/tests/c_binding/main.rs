@@ -14,10 +14,12 @@ use meerkat_mwd::{
         encode_payload,
     },
 };
-use mwd::{
-    target::{deadline, image::Image, toolchain, toolchain::Toolchain},
-    trace::{Trace, recordings},
+use mwd::target::{
+    deadline,
+    image::Image,
+    toolchain::{self, Toolchain},
 };
+use playback::trace::{Trace, recordings};
 use std::{
     fs,
     path::{Path, PathBuf},

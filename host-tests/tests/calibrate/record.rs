@@ -1,10 +1,8 @@
 //! The written record is a configuration.
 
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
-use mwd::{
-    calibrate::{calibrate, record},
-    flight::configuration::of_file,
-};
+use mwd::calibrate::{calibrate, record};
+use playback::flight::configuration::of_file;
 
 use crate::turntable::{Probe, Random, all_around};
 

@@ -3,8 +3,8 @@
 use crate::rig::files::recording;
 
 use meerkat_mwd::identification::Decision;
-use mwd::{
-    calibrate::{Calibration, Verdict, calibrate, record},
+use mwd::calibrate::{Calibration, Verdict, calibrate, record};
+use playback::{
     flight::{
         configuration::{freeze_at_us, of_file},
         fly_frozen,

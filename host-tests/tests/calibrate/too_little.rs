@@ -1,11 +1,9 @@
 //! Motion that does not determine the parameters is refused with a reason, and the old values stay.
 
 use meerkat_mwd::compensation::VectorModel;
-use mwd::{
-    calibrate::{Verdict, calibrate, record},
-    flight::configuration::freeze_at_us,
-};
+use mwd::calibrate::{Verdict, calibrate, record};
 use nalgebra::{UnitQuaternion, Vector3};
+use playback::flight::configuration::freeze_at_us;
 
 use crate::turntable::{Probe, Random, all_around};
 

@@ -7,8 +7,8 @@ use meerkat_mwd::{
     config::Motion,
     identification::{Decision, Refusal, WindowReport},
 };
-use mwd::flight::fly;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use playback::flight::fly;
 
 use crate::turntable::Random;
 

@@ -1,8 +1,8 @@
 //! A simulated probe that is turned from rest to rest, with the nine errors of each vector sensor.
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::trace::{Keys, Trace};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
+use playback::trace::{Keys, Trace};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

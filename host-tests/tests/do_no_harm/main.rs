@@ -9,8 +9,8 @@ mod recordings;
 mod study;
 
 use meerkat_mwd::{config::OptimizerKind, identification::Decision};
-use mwd::{
-    commands::main_job::recording,
+use mwd::commands::main_job::recording;
+use playback::{
     flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Effects, Gyro, MagneticBursts, Scenario, known_error, simulate},

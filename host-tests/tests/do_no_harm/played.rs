@@ -2,8 +2,8 @@ use meerkat_mwd::{
     config::OptimizerKind,
     identification::{Decision, WindowReport},
 };
-use mwd::{
-    diagnosis::against_reference,
+use mwd::diagnosis::against_reference;
+use playback::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},

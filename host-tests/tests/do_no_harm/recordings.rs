@@ -3,7 +3,7 @@
 
 use crate::played::{Played, play};
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{
+use playback::{
     simulate::known_error,
     trace::{
         Trace,

@@ -6,7 +6,7 @@ use crate::{
     rig::handheld::{self, GyroError, KINDS, Kind},
 };
 use meerkat_mwd::config::OptimizerKind;
-use mwd::{
+use playback::{
     simulate::known_error,
     trace::{Trace, recordings},
 };

@@ -11,7 +11,8 @@ use std::{
 
 use clap::{CommandFactory, Parser, error::ErrorKind};
 use meerkat_mwd::{Config, config::SurveyConfig};
-use mwd::{commands::Cli, import::ColumnMap, simulate::Scenario, surveys::settings::RunSettings, trace::Trace};
+use mwd::{commands::Cli, import::ColumnMap, surveys::settings::RunSettings};
+use playback::{simulate::Scenario, trace::Trace};
 
 use super::{guide, pages, root, text};
 

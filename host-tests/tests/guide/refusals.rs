@@ -8,9 +8,9 @@ use std::{
 };
 
 use meerkat_mwd::{Probe, Sample, SampleFlags, sample::TurnFlags};
-use mwd::{
+use mwd::report::refusal_text::decision_text;
+use playback::{
     flight::configuration::of_trace,
-    report::refusal_text::decision_text,
     simulate::{Scenario, simulate},
     trace::Trace,
 };

@@ -8,9 +8,9 @@ use std::{
 };
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::{
+use mwd::import::{ColumnMap, Import, import};
+use playback::{
     flight::{Flight, configuration::of_trace, fly},
-    import::{ColumnMap, Import, import},
     trace::Trace,
 };
 use tempfile::TempDir;

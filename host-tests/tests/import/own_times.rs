@@ -1,10 +1,8 @@
 //! Sensors with times of their own, of other rates and units.
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::{
-    import::{ColumnMap, Verdict, import},
-    trace::Trace,
-};
+use mwd::import::{ColumnMap, Verdict, import};
+use playback::trace::Trace;
 use tempfile::TempDir;
 
 use crate::files::{Written, accel, flies_as, flies_within, flight, gyro, imported, mag, original, rows, written};

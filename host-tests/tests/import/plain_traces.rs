@@ -2,9 +2,9 @@
 //! only hard is not.
 
 use meerkat_mwd::Sample;
-use mwd::{
+use mwd::import::plausible::checked;
+use playback::{
     flight::configuration::of_trace,
-    import::plausible::checked,
     simulate::{Effects, Scenario, simulate},
     trace::{
         Trace,

@@ -1,8 +1,8 @@
 //! Recordings that cannot be right are refused, with the fix that makes them right.
 
 use meerkat_mwd::Sample;
-use mwd::{
-    import::{ColumnMap, Import, Verdict, import},
+use mwd::import::{ColumnMap, Import, Verdict, import};
+use playback::{
     simulate::{Scenario, simulate},
     trace::{
         Keys, Trace,

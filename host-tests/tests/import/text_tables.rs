@@ -1,7 +1,8 @@
 //! Tables of text that are understood without a word from the user.
 
 use meerkat_mwd::{Sample, SampleFlags};
-use mwd::{import::Verdict, trace::Trace};
+use mwd::import::Verdict;
+use playback::trace::Trace;
 use tempfile::TempDir;
 
 use crate::{

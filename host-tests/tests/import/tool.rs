@@ -7,7 +7,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use mwd::trace::Trace;
+use playback::trace::Trace;
 use tempfile::TempDir;
 
 use crate::{

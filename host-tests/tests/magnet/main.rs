@@ -6,8 +6,8 @@ mod rig;
 mod runs;
 
 use meerkat_mwd::Config;
-use mwd::flight::configuration::of_trace;
 use nalgebra::Vector3;
+use playback::flight::configuration::of_trace;
 use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
 
 use rig::files::{ATTACHED_MAGNET, recording};

@@ -6,12 +6,12 @@ use meerkat_mwd::{
     attitude::AttitudeFlags,
     magnet::{HardIronCounts, HardIronInterval},
 };
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::configuration::of_trace,
     simulate::{Effects, MagneticBursts, Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::Vector3;
 
 /// A direction whose part along z is at most `along`.
 pub fn direction_across(random: &mut Random, along: f64) -> Vector3<f64> {
@@ -97,6 +97,10 @@ pub fn watch_with(trace: &Trace, config: &Config, freeze_at_us: u64) -> Watched 
 /// Heading error over the moving part against the trace's own reference (NED), degrees root mean square.
 pub fn heading_rms_deg(trace: &Trace, effects: bool) -> f64 {
     let config = Config { effects, ..of_trace(trace) };
-    let flight = mwd::flight::fly(&config, &trace.samples, |_| {}).unwrap();
-    mwd::score::score(trace, &flight, &mwd::score::Settings::default()).unwrap().attitude_rms_deg.heading.unwrap()
+    let flight = playback::flight::fly(&config, &trace.samples, |_| {}).unwrap();
+    playback::score::score(trace, &flight, &playback::score::Settings::default())
+        .unwrap()
+        .attitude_rms_deg
+        .heading
+        .unwrap()
 }

@@ -15,8 +15,10 @@ use meerkat_mwd::{
 };
 use mwd::{
     diagnosis::diagnosed,
-    flight::{Calibrated, Flight, Watched},
     report::html::{Told, replay::page, write_page},
+};
+use playback::{
+    flight::{Calibrated, Flight, Watched},
     trace::Trace,
 };
 use rig::{

@@ -11,8 +11,9 @@ use meerkat_mwd::{
         Boot, BurstPart, Command, CommandRefusal, EarlierModel, Erasure, Message, Outcome, ResetReason, StreamConfig,
     },
 };
-use mwd::{flight, target::real_time::RealTime};
+use mwd::target::real_time::RealTime;
 use nalgebra::Vector3;
+use playback::flight;
 use std::fs;
 
 const OTHER_KEY: [u8; 32] = *b"a key that no probe has 32 Bytes";

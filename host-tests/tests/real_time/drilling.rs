@@ -6,7 +6,7 @@ use meerkat_mwd::{
     probe::Output,
     telemetry::{AttitudeFormat, StreamConfig},
 };
-use mwd::{
+use playback::{
     flight::{self, configuration},
     simulate::{Scenario, simulate},
 };

@@ -11,15 +11,15 @@ use meerkat_mwd::{
         Message, Outcome, authenticate, encode_frame, encode_payload,
     },
 };
-use mwd::{
+use mwd::target::{
+    firmware::{Board, Firmware, build_firmware},
+    machine::build_program,
+    real_time::{PROBE, RealTime},
+    toolchain::Toolchain,
+};
+use playback::{
     flight::configuration,
     simulate::{Scenario, simulate},
-    target::{
-        firmware::{Board, Firmware, build_firmware},
-        machine::build_program,
-        real_time::{PROBE, RealTime},
-        toolchain::Toolchain,
-    },
 };
 use std::{
     collections::VecDeque,

@@ -10,18 +10,15 @@ use meerkat_mwd::{
     storage::{Limits, ModelStore, Outcome},
     telemetry::{Boot, ResetReason},
 };
-use mwd::{
-    flight,
-    target::{
-        deadline::CommandError,
-        error::EmulateError,
-        firmware::{Board, Firmware, build_firmware},
-        mock_flash::MockFlash,
-        real_time::{RealTime, Stage},
-        toolchain::Toolchain,
-    },
-    trace::Trace,
+use mock_flash::MockFlash;
+use mwd::target::{
+    deadline::CommandError,
+    error::EmulateError,
+    firmware::{Board, Firmware, build_firmware},
+    real_time::{RealTime, Stage},
+    toolchain::Toolchain,
 };
+use playback::{flight, trace::Trace};
 use std::{fs, path::Path};
 
 const FLASH_BYTES: usize = 3 * 16 * 1024;

@@ -8,7 +8,8 @@ use meerkat_mwd::{
     storage::{Image, ImageSlots, Slot, Start},
     telemetry::{Command, CommandRefusal, ImagePart, Message, Outcome, ProgramReport},
 };
-use mwd::target::{image, mock_flash::MockFlash, real_time::RealTime};
+use mock_flash::MockFlash;
+use mwd::target::{image, real_time::RealTime};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{fs, time::Instant};

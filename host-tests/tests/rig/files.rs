@@ -1,6 +1,6 @@
 //! Scenarios and recordings of the repository, by their names without the ending.
 
-use mwd::{
+use playback::{
     simulate::Scenario,
     trace::{Trace, recordings},
 };

@@ -12,13 +12,13 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
 };
-use mwd::{
+use nalgebra::{UnitQuaternion, Vector3};
+use playback::{
     flight::{Flight, configuration::of_trace, fly, fly_with},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
 };
-use nalgebra::{UnitQuaternion, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 

@@ -1,11 +1,11 @@
 use super::motions::{cells, close, flight, from, swing, swing_rate, trace, turn, unturned};
 use crate::rig::rotation::rotation;
-use mwd::{
+use nalgebra::UnitQuaternion;
+use playback::{
     flight::Flight,
     score::{Settings, score},
     trace::{EarthFrame, Trace},
 };
-use nalgebra::UnitQuaternion;
 
 #[test]
 fn a_heading_offset_is_all_heading_and_a_tilt_is_all_inclination() {

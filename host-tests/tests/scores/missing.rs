@@ -1,9 +1,9 @@
 use super::motions::{close, flight, from, still, swing, trace, unturned};
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::Flight,
     score::{self, score},
 };
-use nalgebra::Vector3;
 
 #[test]
 fn without_reference_and_rests_there_is_no_score() {

@@ -8,8 +8,8 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
     probe::Output,
 };
-use mwd::{flight::Flight, score::Settings, trace::Trace};
 use nalgebra::{UnitQuaternion, Vector3};
+use playback::{flight::Flight, score::Settings, trace::Trace};
 
 pub type Q = UnitQuaternion<f64>;
 

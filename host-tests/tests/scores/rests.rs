@@ -1,10 +1,10 @@
 use super::motions::{close, flight, from, trace, turn, unturned};
 use meerkat_mwd::compensation::VectorModel;
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     score::{self, Settings, score},
     trace::Trace,
 };
-use nalgebra::Vector3;
 
 /// Rest, a turn about one body axis by 80 deg from 2 to 4 s, rest, and back from 6 to 8 s.
 fn rests(axis: Vector3<f64>, scale: f64) -> Trace {

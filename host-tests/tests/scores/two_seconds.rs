@@ -1,11 +1,11 @@
 use super::motions::{bias, close, flight, from, report, swing, swing_rate, trace, turn, unturned};
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::Flight,
     score::{Reference, rotation_errors, score},
     trace::Trace,
 };
-use nalgebra::Vector3;
 
 #[test]
 fn a_constant_rate_error_turns_by_twice_itself_in_two_seconds() {

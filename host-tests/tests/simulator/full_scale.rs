@@ -1,5 +1,5 @@
 use meerkat_mwd::SampleFlags;
-use mwd::simulate::{Scenario, simulate};
+use playback::simulate::{Scenario, simulate};
 
 #[test]
 fn full_scales_clip_and_flag_and_steps_round() {

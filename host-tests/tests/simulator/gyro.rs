@@ -1,12 +1,12 @@
 use super::ideal::{attitude, files, vector, without_sensor_errors};
 use meerkat_mwd::compensation::GyroModel;
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::Flight,
     score::{Settings, score, systematic_rate_error_rad_s},
     simulate::{EarthSettings, Scenario, Truth, simulate},
     trace::Trace,
 };
-use nalgebra::Vector3;
 
 #[test]
 fn the_true_gyro_model_recovers_the_true_rate_up_to_noise() {

@@ -1,11 +1,11 @@
 //! Scenarios without some of their errors, and readings from their traces.
 
 use crate::rig::{files::scenario, rotation::rotation};
-use mwd::{
+use nalgebra::{UnitQuaternion, Vector3};
+use playback::{
     simulate::{Scenario, ShockSettings, Vibration, Wobble},
     trace::Trace,
 };
-use nalgebra::{UnitQuaternion, Vector3};
 
 pub const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

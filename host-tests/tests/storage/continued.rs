@@ -10,7 +10,7 @@ use meerkat_mwd::{
     identification::Decision,
     storage::{StoreReason, StoredModel, fingerprint},
 };
-use mwd::{
+use playback::{
     flight::configuration::of_trace,
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, known_error, simulate},

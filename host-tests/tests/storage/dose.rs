@@ -5,7 +5,7 @@ use meerkat_mwd::{
     storage::{Progress, StorageError},
     survey::VibrationDose,
 };
-use mwd::target::mock_flash::{CUTS, MockError, MockFlash};
+use mock_flash::{CUTS, MockError, MockFlash};
 
 type SmallStore = Store<4, { 8 * KIB }>;
 

@@ -5,7 +5,7 @@ use meerkat_mwd::{
         FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, Provisioning, StorageError,
     },
 };
-use mwd::target::mock_flash::CUTS;
+use mock_flash::CUTS;
 
 fn calibration(dice: &mut Dice) -> FactoryCalibration {
     let gyro = dice.model(0, 0, 0).gyro;

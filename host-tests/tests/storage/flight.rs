@@ -10,12 +10,12 @@ use meerkat_mwd::{
         Implausible, Limits, ModelHistory, ModelStore, Outcome, StabilityGate, StoreReason, StoredModel, fingerprint,
     },
 };
-use mwd::{
+use nalgebra::Vector3;
+use playback::{
     flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use nalgebra::Vector3;
 
 /// The probe is at rest until then.
 const FIRST_MOTION_US: u64 = 10_000_000;

@@ -8,7 +8,7 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
     storage::{ModelHistory, Outcome, StoreReason, StoredModel},
 };
-use mwd::target::mock_flash::CUTS;
+use mock_flash::CUTS;
 
 /// A roll-back stores the model before anew and retires the others; wherever the power goes, one of the two
 /// flies, and once it is said to be done, the one before.

@@ -8,7 +8,7 @@ use meerkat_mwd::{
     storage::{Image, ImageSlots, Receiving, Slot, Start, StorageError},
     telemetry::{CommandRefusal, ImagePart},
 };
-use mwd::target::mock_flash::{CUTS, MockError, MockFlash};
+use mock_flash::{CUTS, MockError, MockFlash};
 
 const PAGE: usize = 1_024;
 type Region = MockFlash<4, PAGE>;

@@ -10,7 +10,7 @@ use meerkat_mwd::{
     estimator::{LearntHead, NUMBERS, NotContinued},
     storage::{LearntProgress, NotDrilling, Outcome, Preparation, StorageError, StoredModel},
 };
-use mwd::target::mock_flash::{CUTS, MockError};
+use mock_flash::{CUTS, MockError};
 
 type ChipStore = Store<4, { 16 * KIB }>;
 

@@ -6,7 +6,7 @@ use meerkat_mwd::{
     compensation::MAX_ACTIVE,
     storage::{ModelStore, NotDrilling, Outcome, Preparation, StoredModel},
 };
-use mwd::target::mock_flash::{CUTS, Cut};
+use mock_flash::{CUTS, Cut};
 
 type SmallStore = Store<4, { 8 * KIB }>;
 

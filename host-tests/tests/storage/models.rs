@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, FoundEffect, GyroModel, effects::LIBRARY},
     storage::{Limits, ModelStore, NotDrilling, Preparation, StoreReason, StoredModel, fingerprint},
 };
-use mwd::target::mock_flash::MockFlash;
+use mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 

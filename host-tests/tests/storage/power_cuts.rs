@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::MAX_ACTIVE,
     storage::{NotDrilling, Outcome, Preparation, Progress, StorageError, StoredModel},
 };
-use mwd::target::mock_flash::{CUTS, Cut, MockError};
+use mock_flash::{CUTS, Cut, MockError};
 
 type SmallStore = Store<4, { 8 * KIB }>;
 

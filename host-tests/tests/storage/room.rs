@@ -5,7 +5,7 @@ use meerkat_mwd::{
     compensation::MAX_ACTIVE,
     storage::{ModelStore, NotDrilling, Outcome, Preparation, StorageError},
 };
-use mwd::target::mock_flash::{Cut, MockFlash};
+use mock_flash::{Cut, MockFlash};
 
 #[test]
 fn drilling_only_programs_words_until_there_is_no_room_and_then_refuses_and_counts() {

@@ -6,7 +6,7 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, Effect, FoundEffect, GyroModel, MAX_ACTIVE, effects::LIBRARY},
     storage::{Implausible, Limits, ModelStore, NotDrilling, Outcome, StorageError, StoredModel},
 };
-use mwd::target::mock_flash::MockFlash;
+use mock_flash::MockFlash;
 use rand_core::Rng;
 
 type ChipStore = Store<4, { 16 * KIB }>;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use meerkat_mwd::SampleFlags;
-use mwd::{
+use playback::{
     simulate::{Scenario, simulate},
     trace::Trace,
 };

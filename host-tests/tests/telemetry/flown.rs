@@ -6,7 +6,7 @@ use meerkat_mwd::{
     survey::{SurveyNews, Surveyor},
     telemetry::{AttitudeFormat, Boot, Health, Identification, MAX_FRAME, StreamConfig, TelemetryQueue},
 };
-use mwd::{
+use playback::{
     flight::configuration::of_trace,
     trace::{Trace, recordings},
 };

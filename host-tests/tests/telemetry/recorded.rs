@@ -8,8 +8,8 @@ use meerkat_mwd::{
 use mwd::{
     port::recording::{Progress, Recording},
     report::attitude_csv::write_attitude_csv,
-    trace::Trace,
 };
+use playback::trace::Trace;
 use std::{fs, path::Path};
 
 /// Records the bytes of a line, replays the trace, and compares attitude files.

@@ -1,6 +1,6 @@
 //! The same motion, sampled at other rates.
 
-use mwd::{flight::fly, simulate::Scenario};
+use playback::{flight::fly, simulate::Scenario};
 
 use crate::rig::{
     files::scenario,

@@ -1,10 +1,8 @@
 //! Traces that end before a window does.
 
 use meerkat_mwd::identification::Refusal;
-use mwd::{
-    flight::{Flight, configuration::freeze_at_us},
-    report::window_note::why_no_window,
-};
+use mwd::report::window_note::why_no_window;
+use playback::flight::{Flight, configuration::freeze_at_us};
 
 use crate::rig::run::{Run, refusal, run};
 

@@ -1,26 +1,6 @@
 //! Flies seeds of the whole-probe simulation until one violates what has to hold: `simulation SEEDS`.
-#![allow(dead_code, unused_imports)]
 
-#[path = "../../../src/port/command_frame.rs"]
-pub mod command_frame;
-#[path = "../../../src/target/mock_flash.rs"]
-pub mod mock_flash;
-#[path = "../../../src/simulate/random.rs"]
-mod random;
-#[path = "../../../src/whole_probe/mod.rs"]
-mod whole_probe;
-
-/// The modules under the names that they have in `mwd`.
-mod port {
-    pub use crate::command_frame;
-}
-mod simulate {
-    pub(crate) use crate::random::Random;
-}
-mod target {
-    pub use crate::mock_flash;
-}
-
+use attack::whole_probe;
 use std::{
     sync::atomic::{AtomicU64, Ordering},
     thread,

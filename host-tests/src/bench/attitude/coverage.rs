@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use meerkat_mwd::attitude::{Attitude, AttitudeFlags};
 
-use crate::{
+use playback::{
     flight::Flight,
     score::{Settings, reference_attitudes},
     trace::Trace,

@@ -13,12 +13,9 @@ use anyhow::Context;
 use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
-use super::{
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table},
-};
-use crate::{
+use coverage::Coverage;
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly},
     score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, attitudes_of},
     trace::{
@@ -26,7 +23,6 @@ use crate::{
         recordings::{FOLDER, folder, listed},
     },
 };
-use coverage::Coverage;
 
 /// An estimate of a trace's attitudes.
 type Estimator = fn(&Trace) -> anyhow::Result<Vec<TimedAttitude>>;

@@ -20,6 +20,8 @@ use super::{
 use crate::{
     bench::error_multiplied_in::drawn,
     diagnosis::{against_reference, has_dense_reference},
+};
+use playback::{
     flight::{
         configuration::{freeze_at_us, of_trace},
         estimate::posterior,

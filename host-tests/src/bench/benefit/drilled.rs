@@ -7,11 +7,8 @@ use meerkat_mwd::{
 };
 
 use super::{Effort, each_seed, largest, mean, middle, number};
-use crate::{
-    bench::{
-        one_window::scenario,
-        table::{Table, rms},
-    },
+use playback::study::{Table, one_window::scenario, rms};
+use playback::{
     flight::{configuration::of_trace, fly},
     score::{
         nees::{covariance, normalised, p_of},

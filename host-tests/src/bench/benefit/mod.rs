@@ -12,13 +12,9 @@ mod troubled;
 
 use anyhow::Context;
 
-use super::{
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table},
-};
-use crate::trace::recordings::{FOLDER, bundled, given};
 use case::{Case, Errors, Recording};
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use playback::trace::recordings::{FOLDER, bundled, given};
 use troubled::Trouble;
 
 /// Share of a recording held out for the scores.

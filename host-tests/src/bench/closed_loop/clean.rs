@@ -10,13 +10,9 @@ use meerkat_mwd::{
     diagnosis::Verdict,
 };
 
-use crate::{
-    bench::{
-        effects::trial::{DATA_S, Outcome, diagnose, drilled},
-        effort::Effort,
-        seeds::each_seed,
-        table::{Cell, Table},
-    },
+use crate::bench::effects::trial::{DATA_S, Outcome, diagnose, drilled};
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly},
     trace::{
         Trace,

@@ -6,7 +6,8 @@ mod rates;
 mod steps;
 mod vertical;
 
-use super::{effort::Effort, second_simulator::blind, table::Table};
+use super::second_simulator::blind;
+use playback::study::{Effort, Table};
 
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(vec![

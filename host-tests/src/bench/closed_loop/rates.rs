@@ -3,13 +3,9 @@
 use anyhow::Context;
 use meerkat_mwd::{Config, compensation::effects::LIBRARY};
 
-use crate::{
-    bench::{
-        effects::{cases::CASES, trial::drilled},
-        effort::Effort,
-        seeds::each_seed,
-        table::{Cell, Table, median_and_worst, rms},
-    },
+use crate::bench::effects::{cases::CASES, trial::drilled};
+use playback::study::{Cell, Effort, Table, median_and_worst, rms, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly_with},
     simulate::{Scenario, simulate},
 };

@@ -3,13 +3,9 @@
 use meerkat_mwd::Config;
 use nalgebra::Vector3;
 
-use crate::{
-    bench::{
-        effects::trial::drilled,
-        effort::Effort,
-        seeds::each_seed,
-        table::{Cell, Table, rms},
-    },
+use crate::bench::effects::trial::drilled;
+use playback::study::{Cell, Effort, Table, rms, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly_frozen},
     simulate::{Random, simulate},
 };

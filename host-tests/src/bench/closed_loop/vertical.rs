@@ -3,13 +3,9 @@
 use anyhow::Context;
 use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::DiagnosisReport};
 
-use crate::{
-    bench::{
-        effects::trial::drilled,
-        effort::Effort,
-        seeds::each_seed,
-        table::{Cell, Table, median, median_and_worst},
-    },
+use crate::bench::effects::trial::drilled;
+use playback::study::{Cell, Effort, Table, median, median_and_worst, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly},
     score::{
         nees::{covariance, normalised, p_of},

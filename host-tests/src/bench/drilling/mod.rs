@@ -8,13 +8,9 @@ mod tool;
 
 use nalgebra::{Matrix3, UnitQuaternion};
 
-use super::{
-    attitude::vqf,
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table},
-};
-use crate::{flight::fly, simulate::simulate, trace::Trace};
+use super::attitude::vqf;
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use playback::{flight::fly, simulate::simulate, trace::Trace};
 use tool::{REST_S, config, scenario};
 
 /// Time after the start of the rest, and of drilling, from which samples are scored, seconds.

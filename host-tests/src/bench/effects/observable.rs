@@ -12,12 +12,10 @@ use meerkat_mwd::{Sample, config::IdentificationConfig};
 use nalgebra::{Matrix3, Matrix3x4, Quaternion, UnitQuaternion, Vector3};
 
 use super::trial::{DATA_S, held_out_too};
-use crate::{
-    bench::cramer_rao::{
-        error_state::{C, ErrorState, VectorSensor},
-        prior_sigmas,
-    },
-    simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed},
+use playback::simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed};
+use playback::study::cramer_rao::{
+    error_state::{C, ErrorState, VectorSensor},
+    prior_sigmas,
 };
 
 /// Turn of a vector below which an effect does not matter, degrees.

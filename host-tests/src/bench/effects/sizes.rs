@@ -4,10 +4,8 @@ use meerkat_mwd::compensation::GyroModel;
 use nalgebra::Vector3;
 
 use super::{Trial, cases::Case};
-use crate::{
-    bench::table::{Cell, Table, median, rms},
-    simulate::Scenario,
-};
+use playback::simulate::Scenario;
+use playback::study::{Cell, Table, median, rms};
 
 /// Share of a normal distribution within one and within two deviations, percent.
 const NORMAL_PERCENT: [u32; 2] = [68, 95];

@@ -6,14 +6,8 @@ use super::{
     cases::{CASES, Case},
     trial::{DATA_S, diagnose, drilled},
 };
-use crate::{
-    bench::{
-        effort::Effort,
-        seeds::each_seed,
-        table::{Cell, Table},
-    },
-    simulate::Random,
-};
+use playback::simulate::Random;
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// Groups to draw from: effects that are named in most runs in which they are alone. At most one of each
 /// group, because those of a group cannot be told from each other or from their sum.

@@ -5,11 +5,7 @@ pub mod schedules;
 mod seen;
 
 use self::cases::{CASES, Case};
-use super::{
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table, median},
-};
+use playback::study::{Cell, Effort, Table, median, seeds::each_seed};
 
 /// Plays every case, and the schedules.
 ///

@@ -4,11 +4,7 @@
 use meerkat_mwd::diagnosis::Verdict;
 
 use super::{Case, Trial, cases::CASES, outcome};
-use crate::bench::{
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table},
-};
+use playback::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// First seed.
 const FIRST_SEED: u64 = 5_000;

@@ -3,20 +3,16 @@
 pub(super) mod blind;
 mod cases;
 
-use super::{
-    effects::trial::{Outcome, attitude_error_deg},
-    effort::Effort,
-    seeds::each_seed,
-    table::{Cell, Table, median_and_worst},
-};
-use crate::{
+use super::effects::trial::{Outcome, attitude_error_deg};
+use crate::second_simulator::{Added, Plan, simulate};
+use cases::{CASES, Case};
+use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::Verdict};
+use playback::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
+use playback::{
     flight::{configuration::of_trace, fly_with},
-    second_simulator::{Added, Plan, simulate},
     simulate::Random,
     trace::Trace,
 };
-use cases::{CASES, Case};
-use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::Verdict};
 
 /// Length of a run, and from where its attitude is scored, seconds.
 const DURATION_S: f64 = 180.0;
@@ -143,7 +139,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::bench::median;
+    use playback::study::median;
 
     fn trials(name: &str) -> Vec<Trial> {
         let case = CASES.iter().find(|case| case.name == name).unwrap();

@@ -9,10 +9,7 @@ use meerkat_mwd::sensors::{
     },
 };
 
-use super::{
-    effort::Effort,
-    table::{Cell, Table},
-};
+use playback::study::{Cell, Effort, Table};
 use wire::Wire;
 
 /// Sample period of the measurement, microseconds (200 Hz).

@@ -12,8 +12,8 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use crate::{
-    bench::Effort,
+use playback::study::Effort;
+use playback::{
     console::{save, told},
     failure::Failure,
 };

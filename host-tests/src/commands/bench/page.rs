@@ -3,11 +3,8 @@
 use std::path::Path;
 
 use super::sections::{Place, Section};
-use crate::{
-    bench::{Effort, Table},
-    failure::Failure,
-    trace::recordings::FOLDER,
-};
+use playback::study::{Effort, Table};
+use playback::{failure::Failure, trace::recordings::FOLDER};
 
 /// Writes the page of a section into `folder`, which is made where it is missing.
 ///

@@ -1,13 +1,11 @@
 //! Sections of the bench, each with its name on the command line, its subject and the function that measures it.
 
-use crate::{
-    bench::{
-        Effort, Table, attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling,
-        effects, honesty, hour, mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size,
-        swaps, turntable, whole_probe,
-    },
-    research::{contaminated, evaluations, inclination, paper},
+use crate::bench::{
+    attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling, effects, honesty, hour,
+    mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size, swaps, turntable, whole_probe,
 };
+use playback::study::{Effort, Table};
+use research::{contaminated, evaluations, inclination, paper};
 
 /// One section of the bench.
 pub(super) struct Section {

@@ -8,10 +8,8 @@ use meerkat_mwd::{
     telemetry::{AttitudeFrame, Message},
 };
 
-use crate::{
-    flight::{Flight, Watched},
-    report::html::live::Heard,
-};
+use crate::report::html::live::Heard;
+use playback::flight::{Flight, Watched};
 
 /// Most attitudes that are kept: of more, every second one of the older half goes.
 const MOST_ATTITUDES: usize = 12_000;

@@ -9,10 +9,8 @@ use std::{
 };
 
 use super::history::History;
-use crate::{
-    failure::Failure,
-    report::html::live::{news, page},
-};
+use crate::report::html::live::{news, page};
+use playback::failure::Failure;
 
 /// Time after which a browser that says nothing is let go.
 const PATIENCE: Duration = Duration::from_secs(2);

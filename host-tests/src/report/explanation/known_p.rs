@@ -9,8 +9,8 @@ use meerkat_mwd::{
     },
 };
 
-use crate::{
-    diagnosis::{attitudes, vectors_from},
+use crate::diagnosis::{attitudes, vectors_from};
+use playback::{
     flight::estimate::posterior,
     score::nees::{Covariance, covariance_of, p_of},
     trace::Trace,

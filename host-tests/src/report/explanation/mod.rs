@@ -12,13 +12,13 @@ use meerkat_mwd::{
 use nalgebra::Matrix3;
 use serde::Serialize;
 
-use crate::{
+use crate::report::window_note::span;
+use known_p::KnownP;
+use playback::{
     flight::Flight,
-    report::window_note::span,
     score::nees::{covariance, normalised},
     trace::Trace,
 };
-use known_p::KnownP;
 use watched::{Moved, Update, updates};
 
 /// Sensors of [`WindowReport::widths`], in its order.

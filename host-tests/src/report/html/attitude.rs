@@ -4,10 +4,8 @@ use meerkat_mwd::{attitude::Attitude, probe::Output};
 use nalgebra::UnitQuaternion;
 
 use super::{Chart, Page, Series, Told, dial, in_s, line, residual::magnets, strip::strip};
-use crate::{
-    report::toolface::{has_north, is_vertical, toolface_rad},
-    score::{attitude_errors_deg, reference_attitudes},
-};
+use crate::report::toolface::{has_north, is_vertical, toolface_rad};
+use playback::score::{attitude_errors_deg, reference_attitudes};
 
 /// An angle that is not known.
 const NONE: [f32; 2] = [f32::NAN, 0.0];

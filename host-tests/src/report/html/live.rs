@@ -3,8 +3,8 @@
 use meerkat_mwd::{Config, Sample};
 
 use super::{Page, Told, attitude, dynamics, escape::escape, first_screen, surveys, windows};
-use crate::{
-    diagnosis::diagnosed,
+use crate::diagnosis::diagnosed;
+use playback::{
     flight::{Flight, Watched},
     trace::Trace,
 };

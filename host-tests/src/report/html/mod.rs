@@ -38,11 +38,10 @@ pub use provenance::Sources;
 pub use svg::{Plot, Series};
 pub use table::{figure, table};
 
-use crate::{
-    diagnosis::Diagnosed,
+use crate::{diagnosis::Diagnosed, number::fixed};
+use playback::{
     failure::Failure,
     flight::{Flight, Watched},
-    number::fixed,
     score::{Reference, Settings},
     trace::Trace,
 };
@@ -89,7 +88,7 @@ impl Told<'_> {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_page(path: &Path, page: &str) -> Result<(), Failure> {
-    crate::console::save(path, page).map_err(|error| Failure::output(path, &error))
+    playback::console::save(path, page).map_err(|error| Failure::output(path, &error))
 }
 
 /// Text with a capital first letter.

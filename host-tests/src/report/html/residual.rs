@@ -4,8 +4,8 @@ use super::{Chart, Mark, Page, Series, Told, figure, fixed, in_s, line, regresso
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
     report::{effect_words::effect_words, plain_words::in_a_sentence},
-    score::{PerModel, rotation_errors},
 };
+use playback::score::{PerModel, rotation_errors};
 
 /// Longest step between residuals that a line bridges, seconds; residuals span one second.
 const BRIDGED_S: f64 = 1.5;

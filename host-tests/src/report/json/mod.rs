@@ -29,16 +29,18 @@ use surveys::surveys_json;
 use window::Window;
 
 use crate::{
-    console,
     diagnosis::{Diagnosed, Found, HARD_IRON, VectorResidual},
-    failure::Failure,
-    flight::Flight,
     report::{
         account::verdict_name,
         explanation::Explanation,
         motion,
         window_note::{missing, why_no_window},
     },
+};
+use playback::{
+    console,
+    failure::Failure,
+    flight::Flight,
     score::Reference,
     trace::{Trace, clipping_is_known, motion::name},
 };

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Config, compensation::GyroModel};
 use serde::Serialize;
 
-use crate::flight::Flight;
+use playback::flight::Flight;
 
 /// A gyro model with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

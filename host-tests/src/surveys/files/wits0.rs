@@ -9,13 +9,11 @@ use std::{
 };
 
 use super::push;
-use crate::{
-    failure::Failure,
-    surveys::{
-        path::DOGLEG_LENGTH_M,
-        run::{SurveyedRun, SurveyedStation},
-    },
+use crate::surveys::{
+    path::DOGLEG_LENGTH_M,
+    run::{SurveyedRun, SurveyedStation},
 };
+use playback::failure::Failure;
 
 /// Time in which the receiver must take what is sent.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -4,8 +4,8 @@
 mod random;
 
 use meerkat_mwd::{Sample, SampleFlags, compensation::GyroModel};
-use mwd::trace::{BodyFrame, EarthFrame, Keys, Trace};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use playback::trace::{BodyFrame, EarthFrame, Keys, Trace};
 pub use random::Random;
 use std::f64::consts::TAU;
 

@@ -1,0 +1,8 @@
+//! Settled research: comparisons of searches and fits with what flies. Only `mwd bench` calls it.
+
+pub mod contaminated;
+pub mod contenders;
+pub mod evaluations;
+pub mod inclination;
+pub mod paper;
+pub mod pure_integration;
