@@ -293,7 +293,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.poll_budget_at(USUAL_CLOCK_HZ)
     }
 
-    /// Budget for [`Probe::poll`] after each sample, in units, on a chip of another clock, Hz. At 64 MHz some
+    /// Budget for [`Probe::poll`] after each sample, in units of work, on a chip that runs at `clock_hz`. At 64 MHz some
     /// increments of hard motion by hand may be late; they are counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {

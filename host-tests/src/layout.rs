@@ -1,7 +1,7 @@
 //! Layout of figures in rows: a table for a reader at a terminal, and elsewhere lines of which each says by
 //! itself what it shows, for a search or a program that reads them.
 
-use playback::console;
+use testbed::console;
 
 /// Layout of rows of figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Desk side of `meerkat-mwd`: commands, traces, simulation, scores, reports, the emulated chip.
+//! The `mwd` program: its commands, reports and benches, imports, surveys, the line of a probe, and the emulated chip.
 
 pub mod batch;
 pub mod bench;

@@ -13,8 +13,8 @@ use meerkat_mwd::{
     Config,
     config::{FullScale, Latency},
 };
-use playback::trace::Trace;
 use tempfile::TempDir;
+use testbed::trace::Trace;
 
 const HEADER: &str = "t_s,gx,gy,gz,ax,ay,az";
 const ROW: &str = "0.01,0,0,0,0,0,9.8";
@@ -170,7 +170,7 @@ fn repeated_and_late_rows_are_dropped_and_counted_unless_strict() {
     assert_eq!(results[1].0, serde_json::json!({"repeated": 1, "late": 1}));
     assert_eq!(results[0].1, results[1].1);
     let told = String::from_utf8(results[1].2.clone()).unwrap();
-    assert!(told.contains("2 rows dropped: 1 repeat a time, 1 are late; the first in line 202"), "{told}");
+    assert!(told.contains("2 rows dropped: 1 repeat a time, 1 are out of order; the first in line 202"), "{told}");
     let mut strict = Command::new(env!("CARGO_BIN_EXE_mwd"));
     let strict = strict.arg("replay").arg(directory.path().join("spoilt.csv")).arg("--strict").output().unwrap();
     assert_eq!(strict.status.code(), Some(2));

@@ -9,7 +9,7 @@ use meerkat_mwd::{
     compensation::GyroModel,
     identification::{Refusal, WindowReport},
 };
-use playback::{
+use testbed::{
     flight::fly,
     simulate::{Contamination, contaminate},
 };

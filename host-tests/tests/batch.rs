@@ -16,9 +16,9 @@ use parquet::{
     file::reader::{FileReader, SerializedFileReader},
     record::Field,
 };
-use playback::simulate::{Scenario, simulate};
 use rig::{files::scenario, program::mwd};
 use tempfile::TempDir;
+use testbed::simulate::{Scenario, simulate};
 
 /// Recordings of `seconds` with a rest at their start.
 fn recordings(folder: &Path, count: u64, seconds: f64) -> Vec<PathBuf> {
@@ -112,7 +112,7 @@ fn three_tables_hold_what_replay_says_and_a_bad_file_is_a_row() {
         assert!(!found.is_empty() && found.len() == surveys.lines().count() - 1);
         let first = surveys.lines().nth(1).unwrap().split(',').nth(3).unwrap();
         assert_eq!(found[0]["inclination_deg"], Field::Double(first.parse().unwrap()));
-        let name = playback::trace::recordings::name(path);
+        let name = testbed::trace::recordings::name(path);
         let name = name.trim_end_matches(".csv");
         for (folder, one) in [(&attitudes, &attitude), (&pages, &page)] {
             let mut files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

@@ -4,7 +4,13 @@
 use std::process::{Command, Output};
 
 use meerkat_mwd::config::OptimizerKind;
-use playback::{
+use research::{
+    contenders::{Contenders, IMOA, NAMES, TRUE},
+    pure_integration::Drift,
+};
+use serde_json::Value;
+use tempfile::TempDir;
+use testbed::{
     simulate::{Scenario, simulate},
     study::{
         cramer_rao::{Bound, Vibration},
@@ -12,12 +18,6 @@ use playback::{
         rms,
     },
 };
-use research::{
-    contenders::{Contenders, IMOA, NAMES, TRUE},
-    pure_integration::Drift,
-};
-use serde_json::Value;
-use tempfile::TempDir;
 
 fn mwd(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mwd")).arg("bench").args(arguments).env("MWD_NO_INSTALL", "1").output().unwrap()

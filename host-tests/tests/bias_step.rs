@@ -8,13 +8,13 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, EffectReport},
 };
 use nalgebra::Vector3;
-use playback::{
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro128PlusPlus;
 
 use rig::files;
 

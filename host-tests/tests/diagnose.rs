@@ -11,14 +11,14 @@ use meerkat_mwd::{
 };
 use mwd::diagnosis::diagnosed;
 use nalgebra::Vector3;
-use playback::{
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use tempfile::TempDir;
+use testbed::{
     flight::{configuration::of_trace, fly, fly_with},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,
 };
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro128PlusPlus;
-use tempfile::TempDir;
 
 const TRACES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces");
 

@@ -9,7 +9,7 @@ use mwd::{
     diagnosis::{Diagnosed, against_reference, diagnosed},
     report::account::sentences,
 };
-use playback::{
+use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{Effects, Scenario, Temperature, simulate},
     trace::Trace,

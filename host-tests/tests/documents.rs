@@ -8,8 +8,8 @@ use std::{
 };
 
 use meerkat_mwd::Config;
-use playback::simulate::{Scenario, Temperature};
 use serde_json::Value;
+use testbed::simulate::{Scenario, Temperature};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

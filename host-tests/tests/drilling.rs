@@ -10,7 +10,7 @@ use meerkat_mwd::{
     config::OptimizerKind,
     identification::{Decision, WindowReport},
 };
-use playback::{
+use testbed::{
     flight::{Flight, configuration::of_trace, fly, fly_frozen},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},

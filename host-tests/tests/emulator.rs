@@ -23,14 +23,14 @@ use mwd::{
     },
 };
 use nalgebra::Vector3;
-use playback::{
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use std::{process::Command, time::Duration};
+use testbed::{
     flight::{self, configuration},
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro128PlusPlus;
-use std::{process::Command, time::Duration};
 
 use rig::emulator::toolchain;
 use rig::files::scenario;

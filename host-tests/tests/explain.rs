@@ -6,12 +6,12 @@ mod rig;
 use std::path::Path;
 
 use meerkat_mwd::SampleFlags;
-use playback::{
+use serde_json::Value;
+use tempfile::TempDir;
+use testbed::{
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use serde_json::Value;
-use tempfile::TempDir;
 
 use rig::{files::scenario, program::mwd};
 

@@ -11,7 +11,6 @@ use mwd::{
     fleet::{Parameters, Recording, Standing, Window, drift::probes, read, read_and_replaced},
     report::html::{fleet::page, write_page},
 };
-use playback::simulate::{Effects, Scenario, simulate};
 use rig::{
     browser::{browser, is_legible, told, told_by},
     files::scenario,
@@ -21,6 +20,7 @@ use rig::{
 };
 use serde_json::json;
 use tempfile::TempDir;
+use testbed::simulate::{Effects, Scenario, simulate};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()

@@ -65,9 +65,9 @@ fn every_field_of_a_result_is_documented_and_no_other() {
     let fast = trace("broad_06_fast_rotation_110s.csv.gz");
     // A tool that rests and turns, so that there are surveys.
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let scenario = playback::simulate::Scenario::read(&root.join("scenarios/drilling_45deg.toml")).unwrap();
+    let scenario = testbed::simulate::Scenario::read(&root.join("scenarios/drilling_45deg.toml")).unwrap();
     let drilled = folder.path().join("drilled.csv");
-    playback::simulate::simulate(&playback::simulate::Scenario { duration_s: 70.0, ..scenario }, 1)
+    testbed::simulate::simulate(&testbed::simulate::Scenario { duration_s: 70.0, ..scenario }, 1)
         .0
         .write(&drilled)
         .unwrap();

@@ -21,7 +21,7 @@ const CRATES: [(&str, &str); 6] = [
     ("src/bin/probe", "main.rs"),
     ("host-tests/src", "lib.rs"),
     ("host-tests/attack/src", "lib.rs"),
-    ("host-tests/playback/src", "lib.rs"),
+    ("host-tests/testbed/src", "lib.rs"),
     ("host-tests/research/src", "lib.rs"),
 ];
 
@@ -64,7 +64,7 @@ fn no_folder_imports_what_imports_it() {
     }
 }
 
-/// Settled research is left alone by everything but the command that prints it: no other crate may depend on it.
+/// Settled research is left alone by everything but the command that prints it, and the test of that command.
 #[test]
 fn only_the_bench_command_calls_settled_research() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -74,7 +74,7 @@ fn only_the_bench_command_calls_settled_research() {
     let callers = texts.filter(|(_, text)| code_of(text).contains("research::"));
     let callers: Vec<_> = callers.map(|(file, _)| file.display().to_string()).collect();
     assert_eq!(callers, ["commands/bench/sections.rs"]);
-    for folder in ["attack", "playback"] {
+    for folder in ["attack", "testbed"] {
         let manifest = fs::read_to_string(root.join(folder).join("Cargo.toml")).unwrap();
         assert!(!manifest.contains("research"), "{folder}");
     }

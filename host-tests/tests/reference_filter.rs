@@ -21,8 +21,8 @@ use meerkat_mwd::{
     sample::{Reading, SampleFlags},
 };
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
-use playback::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 use tempfile::TempDir;
+use testbed::{flight::configuration::of_trace, simulate::known_error, trace::Trace};
 
 use rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use rig::handheld::{GyroError, Kind, record};

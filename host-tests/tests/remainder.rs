@@ -12,11 +12,11 @@ use meerkat_mwd::{
     },
     diagnosis::{Correlate, DiagnosisReport, EffectReport, RemainderReport, Verdict},
 };
-use playback::{
+use tempfile::TempDir;
+use testbed::{
     flight::{configuration::of_trace, fly_with},
     simulate::{MountRotation, Scenario, Temperature, simulate},
 };
-use tempfile::TempDir;
 
 use rig::page::{is_whole, unbalanced};
 

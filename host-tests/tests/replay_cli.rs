@@ -14,13 +14,13 @@ use meerkat_mwd::{
     compensation::{ActiveEffects, GyroModel, effects::LIBRARY},
     storage::{StoreReason, StoredModel, fingerprint},
 };
-use playback::{
+use serde_json::Value;
+use tempfile::TempDir;
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::{Keys, Trace},
 };
-use serde_json::Value;
-use tempfile::TempDir;
 
 use rig::page::{is_whole, unbalanced};
 use rig::{

@@ -14,12 +14,12 @@ use mwd::{
     layout::Layout,
     report::{json::result_json, summary::print_summary},
 };
-use playback::{
+use serde_json::Value;
+use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{Effects, Scenario, simulate},
     trace::Trace,
 };
-use serde_json::Value;
 
 fn model(scale: f32, bias: f32) -> GyroModel {
     GyroModel { p: [[scale, 0.1, 0.2], [0.3, scale, 0.4], [0.5, 0.6, scale]], b_rad_s: [bias, 0.0, 0.0] }

@@ -25,11 +25,11 @@ use mwd::{
         toolchain::{Toolchain, workspace},
     },
 };
-use playback::{
+use std::{fs, path::Path, process::Command, time::Duration};
+use testbed::{
     simulate::{Scenario, simulate},
     trace::{Trace, recordings},
 };
-use std::{fs, path::Path, process::Command, time::Duration};
 use tiers::{Attitude, Digest, Full, FullProbe, Identify, Tier, analysed_run, by_hand, digest_of, pack, pack_station};
 
 const BUILD: Duration = Duration::from_secs(600);
@@ -215,7 +215,7 @@ fn what_is_identified_is_worth_it_while_drilling() {
     const RUNS: u64 = 4;
     for seed in 1..=RUNS {
         let (trace, _) = simulate(&scenario, seed);
-        let config = playback::flight::configuration::of_trace(&trace);
+        let config = testbed::flight::configuration::of_trace(&trace);
         let mut probe = Box::new(AttitudeProbe::new());
         let of = [
             errors(&mut Attitude::new(&mut probe, &mut Surveys::new()), &config, &trace),

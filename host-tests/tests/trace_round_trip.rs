@@ -7,13 +7,13 @@ use std::fs;
 
 use meerkat_mwd::{Sample, SampleFlags, config::Motion};
 use mwd::diagnosis::diagnosed;
-use playback::{
+use proptest::{collection::vec, option, prelude::*};
+use tempfile::TempDir;
+use testbed::{
     flight::{configuration::of_trace, fly_on, started},
     score::{Settings, score},
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };
-use proptest::{collection::vec, option, prelude::*};
-use tempfile::TempDir;
 
 /// Any finite f32 by its bits: subnormals, both zeros and the extremes.
 fn finite() -> impl Strategy<Value = f32> {

@@ -23,7 +23,7 @@ impl Burst {
         Self { recorder: BurstRecorder::new(), next: None }
     }
 
-    /// Takes a sample; drops it while a burst is being sent: the tool stands still then. No burst reaches across the
+    /// Takes a sample; drops it while a burst is being sent, which begins at rest alone. No burst reaches across the
     /// samples that were dropped.
     pub(super) fn push(&mut self, input: &SurveyInput) {
         if self.next.is_none() {

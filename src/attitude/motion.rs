@@ -12,7 +12,7 @@ use super::{
 use nalgebra::{Matrix3, Vector3};
 
 /// Correlation time of scale and coupling errors in one earth direction while motion reverses, seconds: one radian of
-/// phase of a 1.6 Hz swing, as fast as a hand.
+/// phase of a 1.6 Hz swing, about the fastest of a hand.
 const SCALE_CORRELATION_S: f32 = 0.1;
 /// White noise of the accelerometer, m/s^2 per root hertz: the upper end of MEMS data sheets (1e-3 to 3e-3;
 /// MPU-9250 PS section 3.2: 300 ug). Vibration that sampling folds into this noise is measured separately.

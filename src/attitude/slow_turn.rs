@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 /// Least length of the means of the field that are compared, seconds.
 const BLOCK_S: f32 = 0.5;
-/// Filter steps with a field in such a mean: its scatter is then known to a half (chi-square of eight degrees of
-/// freedom, two axes across the field). A magnetometer that is read five times a second gives as many in a second.
+/// Least number of filter steps with a field in such a mean: its scatter is then known to a half (chi-square of eight
+/// degrees of freedom, two axes across the field). A magnetometer that is read five times a second gives as many in a
+/// second.
 const LEAST_FIELDS: u16 = 5;
 /// Longest time in which a mean gathers its fields, seconds; after a longer one they do not stand for its middle.
 const LONGEST_BLOCK_S: f32 = 5.0;

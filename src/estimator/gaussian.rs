@@ -1,4 +1,5 @@
-//! Gaussian of a few variables as mean and packed covariance, of which the last variables can be marginalised.
+//! Functions on a Gaussian, given as mean and packed covariance: they narrow the prior of its last variables, and
+//! marginalise them.
 
 use super::{
     real::Real,

@@ -1,9 +1,9 @@
 //! The gyro matrix that its nine unknowns D make of the prior's centre C: P = exp([a]x) (I + S) C, with [a]x the
 //! antisymmetric and S the symmetric part of D.
 //!
-//! To first order that is (I + D) C. But a turn of the axes of all sensors together, which no reading shows, is here a
-//! turn whatever its size. In I + D it would change the scales too, by its square. These are known a hundred times
-//! better than the turn, and rows that are made linear at one turn after the other would seem to tell of it.
+//! To first order that is (I + D) C. A turn of the axes of all sensors together shows in no reading. In I + D it would
+//! change the scales, by its square, and the scales are known a hundred times better than the turn: rows that are made
+//! linear at one turn after the other would seem to measure it. In exp([a]x) a turn of any size leaves the scales alone.
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loop around it.
 

@@ -22,10 +22,13 @@ pub struct WindowReport {
     pub optimizer: OptimizerKind,
     /// Cost evaluations spent by the search.
     pub evaluations: u32,
-    /// Cost of the model flown so far, on this window: half the robust sum of its squared innovations, in units of
-    /// their noise, and of the prior; `None` without anything to evaluate.
+    /// Cost of the model flown so far, on this window: half its squared distance from the posterior's mean, in
+    /// deviations, and what a heavier tail of each node's innovations changes of it ([`WindowCost`]). `None` for a
+    /// window that was refused or has no rows to search.
+    ///
+    /// [`WindowCost`]: crate::estimator::WindowCost
     pub cost_before: Option<f32>,
-    /// Cost of `fitted` on this window; `None` without anything to evaluate.
+    /// The same of `fitted`.
     pub cost_after: Option<f32>,
     /// Decrease of the cost of the estimator's mean by the search; `None` without a search.
     pub cost_gained_by_search: Option<f32>,

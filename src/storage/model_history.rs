@@ -91,7 +91,8 @@ impl ModelHistory {
         Some(StoredModel { gyro, sigma, t_us: window_end_us, ..self.flying })
     }
 
-    /// Returns the model before P or the list of effects changed; `None` if nothing has changed since the start.
+    /// Returns the model that flew before the latest change of P or of the list of effects; `None` before the first change
+    /// of this history.
     #[must_use]
     pub const fn previous(&self) -> Option<&StoredModel> {
         self.previous.as_ref()

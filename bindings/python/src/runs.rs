@@ -7,8 +7,8 @@ use mwd::{
     import::{ColumnMap, import},
     surveys::{files, reference::Reference, settings::RunSettings, stations_csv, surveyed},
 };
-use playback::simulate::Scenario;
 use pyo3::prelude::*;
+use testbed::simulate::Scenario;
 
 use crate::{bad, flight::Flight, trace::Trace};
 
@@ -46,7 +46,7 @@ pub fn replay(
 #[pyfunction]
 pub fn simulate(py: Python<'_>, scenario: PathBuf, seed: u64) -> PyResult<(Trace, Vec<f64>)> {
     let scenario = Scenario::read(&scenario).map_err(bad)?;
-    let (trace, truth) = py.detach(|| playback::simulate::simulate(&scenario, seed));
+    let (trace, truth) = py.detach(|| testbed::simulate::simulate(&scenario, seed));
     let model = truth.gyro.p.as_flattened().iter().chain(&truth.gyro.b_rad_s).map(|x| f64::from(*x)).collect();
     Ok((Trace(trace), model))
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use meerkat_mwd::{Sample, SampleFlags};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, ndarray::Array2};
-use playback::trace::{Keys, RowOrder, RowPlace, Trace as Inner, TraceError};
 use pyo3::{prelude::*, types::PyDict};
+use testbed::trace::{Keys, RowOrder, RowPlace, Trace as Inner, TraceError};
 
 use crate::bad;
 

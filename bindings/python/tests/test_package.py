@@ -108,7 +108,7 @@ def test_late_and_repeated_rows_are_dropped_and_counted_as_in_a_file(tmp_path):
     of_frame = mwd.trace(troubled)
     of_file = mwd.read(tmp_path / "troubled.csv")
     assert of_frame.dropped == of_file.dropped == (1, 1) and len(of_frame) == 6000
-    assert of_frame.notes == ["2 rows dropped: 1 repeat a time, 1 are late; the first is row 2000"]
+    assert of_frame.notes == ["2 rows dropped: 1 repeat a time, 1 are out of order; the first is row 2000"]
     of_arrays = mwd.trace(*(troubled[names].to_numpy() for names in ["t_s", ["gx", "gy", "gz"], ["ax", "ay", "az"], ["mx", "my", "mz"]]))
     assert of_arrays.dropped == (1, 1)
     ahead = table["t_s"].to_numpy(copy=True)

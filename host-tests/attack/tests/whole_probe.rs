@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use attack::whole_probe::{KINDS, Tally, VIOLATIONS, fly, fly_day};
-use playback::study::seeds::each_seed;
+use testbed::study::seeds::each_seed;
 
 const SEEDS: u64 = 1_000;
 

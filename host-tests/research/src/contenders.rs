@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind, identification::Decision};
 
-use playback::study::{cramer_rao::Vibration, one_window::Run};
+use testbed::study::{cramer_rao::Vibration, one_window::Run};
 
 /// Searches with their names; all have the same budget, start and box.
 const SEARCHES: [(OptimizerKind, &str); 4] = [

@@ -6,7 +6,7 @@ use super::{
     contenders::{AT_BOUND, Contenders, IMOA, NAMES, TRUE},
     pure_integration::Drift,
 };
-use playback::study::{
+use testbed::study::{
     Effort,
     gyro_grade::GyroGrade,
     one_window::{Run, scenario},

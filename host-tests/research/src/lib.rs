@@ -1,4 +1,4 @@
-//! Settled research: comparisons of searches and fits with what flies. Only `mwd bench` calls it.
+//! Settled research: comparisons of searches and fits with what flies, which `mwd bench` prints.
 
 pub mod contaminated;
 pub mod contenders;

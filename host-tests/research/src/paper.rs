@@ -7,7 +7,7 @@ use super::{
     contenders::{Contenders, NAMES, TRUE},
     pure_integration::Drift,
 };
-use playback::{
+use testbed::{
     simulate::Scenario,
     study::{
         Cell, Effort, Table,

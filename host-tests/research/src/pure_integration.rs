@@ -3,7 +3,7 @@
 use meerkat_mwd::compensation::GyroModel;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use playback::{simulate::earth_rate_rad_s, study::one_window::Run};
+use testbed::{simulate::earth_rate_rad_s, study::one_window::Run};
 
 /// Between the points at which the attitude is looked at, seconds, as in the paper.
 const EVERY_S: f64 = 30.0;
@@ -87,7 +87,7 @@ fn errors_deg(estimate: &UnitQuaternion<f64>, truth: &UnitQuaternion<f64>) -> (f
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use playback::simulate::{EarthSettings, Gyro, Hole, Scenario};
+    use testbed::simulate::{EarthSettings, Gyro, Hole, Scenario};
 
     fn noiseless(inclination_deg: f64) -> Run {
         let scenario = Scenario {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{flown::Beside, flown_or_refused, key::Key, options::Options, parquet_file::Tables, parts::Part, schema};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Flies the recording in `file`, which the engine knows by its `address`, and writes `results` and the two
 /// tables beside it, as [`super::run`] does of many. What cannot be flown is a row with its reason; so is a

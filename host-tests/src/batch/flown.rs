@@ -20,7 +20,7 @@ use crate::{
         surveys_csv::surveys_csv,
     },
 };
-use playback::{
+use testbed::{
     failure::Failure,
     flight::{
         Flight,
@@ -61,7 +61,7 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     Ok(Result { trace, config, flight, surveys })
 }
 
-/// The flight of [`playback::flight::fly`] and the surveys of [`playback::flight::surveys`] in one run.
+/// The flight of [`testbed::flight::fly`] and the surveys of [`testbed::flight::surveys`] in one run.
 fn surveyed(mut probe: Box<Probe>, trace: &Trace) -> std::result::Result<(Flight, Vec<SurveyReport>), Failure> {
     let config = *probe.config();
     let mut surveyor = Surveyor::new();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Endings of traces.
 const ENDINGS: [&str; 2] = [".csv", ".csv.gz"];
@@ -25,7 +25,7 @@ pub fn recordings(inputs: &[String]) -> Result<Vec<PathBuf>, Failure> {
 fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let bad = |what: String| Err(Failure::BadInput(format!("{input}: {what}")));
     if let Some(list) = input.strip_prefix('@') {
-        let text = playback::console::text(Path::new(list));
+        let text = testbed::console::text(Path::new(list));
         let text = text.map_err(|error| Failure::unread(Path::new(list), &error))?;
         let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
         let before = found.len();
@@ -53,7 +53,7 @@ fn add(input: &str, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
 }
 
 fn folder(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    for path in playback::trace::recordings::listed(path)? {
+    for path in testbed::trace::recordings::listed(path)? {
         let name = path.to_string_lossy().into_owned();
         if path.is_dir() && !name.ends_with(super::parts::ENDING) {
             folder(&path, found)?;

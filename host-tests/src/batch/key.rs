@@ -74,7 +74,7 @@ impl Key {
     /// Name of a file of a recording's own: recordings of one name in two folders differ in their keys.
     #[must_use]
     pub fn file(&self, path: &Path, ending: &str) -> String {
-        format!("{}.{}.{ending}", playback::trace::recordings::name(path), &self.0[..8])
+        format!("{}.{}.{ending}", testbed::trace::recordings::name(path), &self.0[..8])
     }
 }
 

@@ -26,7 +26,7 @@ use flown::Beside;
 use parquet_file::Tables;
 pub use parquet_file::tables;
 use parts::{Part, Parts};
-use playback::{
+use testbed::{
     failure::Failure,
     trace::{Fault, TraceError},
 };

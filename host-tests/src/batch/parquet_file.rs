@@ -17,7 +17,7 @@ use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use super::schema::{Column, Kind, RECORDINGS, STATIONS, WINDOWS, single};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Rows that are held in memory.
 const GROUP: usize = 10_000;

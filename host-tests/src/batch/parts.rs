@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::key::Key;
-use playback::{failure::Failure, trace::Trace};
+use testbed::{failure::Failure, trace::Trace};
 
 /// Ending of the folder.
 pub const ENDING: &str = ".parts";

@@ -3,7 +3,7 @@
 use anyhow::Context;
 
 use crate::target::{machine::run_program, toolchain};
-use playback::study::{Cell, Effort, Table};
+use testbed::study::{Cell, Effort, Table};
 
 /// Cost of a filter at one sample rate.
 struct Count {

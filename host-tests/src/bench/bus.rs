@@ -1,8 +1,8 @@
 //! Cost of the sampling path on the emulated chip.
 
 use crate::target::emulate::{Feed, fly_emulated};
-use playback::study::{Cell, Effort, Table, one_window::scenario};
-use playback::{flight::configuration::of_trace, simulate::simulate};
+use testbed::study::{Cell, Effort, Table, one_window::scenario};
+use testbed::{flight::configuration::of_trace, simulate::simulate};
 
 /// Length of the run, seconds.
 const DURATION_S: f64 = 20.0;

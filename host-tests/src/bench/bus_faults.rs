@@ -10,7 +10,7 @@ use meerkat_mwd::{
     emulation::{ism330dhcx, rm3100},
     sensors::BURST_FRAMES,
 };
-use playback::study::{Cell, Effort, Table};
+use testbed::study::{Cell, Effort, Table};
 
 /// Stride over transactions in a quick run.
 const QUICK_STRIDE: usize = 17;

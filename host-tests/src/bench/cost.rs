@@ -7,8 +7,8 @@ use crate::target::{
     toolchain,
 };
 use meerkat_mwd::{Config, Sample};
-use playback::study::{Cell, Effort, Table, one_window::scenario};
-use playback::{
+use testbed::study::{Cell, Effort, Table, one_window::scenario};
+use testbed::{
     flight::configuration::of_trace,
     simulate::simulate,
     trace::{Trace, recordings},

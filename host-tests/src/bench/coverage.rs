@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{compensation::GyroModel, config::OptimizerKind};
 
-use playback::study::{
+use testbed::study::{
     Cell, Effort, Table,
     one_window::{Run, WINDOW_S, scenario},
     rms,

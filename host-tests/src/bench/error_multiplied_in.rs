@@ -2,7 +2,7 @@
 
 use meerkat_mwd::compensation::GyroModel;
 
-use playback::simulate::Random;
+use testbed::simulate::Random;
 
 /// Largest deviation of P's diagonal from 1 at scale 1.
 const DIAGONAL: f64 = 0.10;

@@ -2,7 +2,7 @@
 
 use std::array;
 
-use playback::simulate::{
+use testbed::simulate::{
     Dropouts, Effects, Gyro, Hole, MagneticBursts, Rotation, Scenario, ShockSettings, Vibration, Wobble, random::Random,
 };
 

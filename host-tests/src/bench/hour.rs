@@ -3,7 +3,7 @@
 use anyhow::Context;
 use meerkat_mwd::{compensation::GyroModel, config::Config};
 
-use playback::study::{
+use testbed::study::{
     Cell, Effort, Table,
     cramer_rao::{Bound, Vibration},
     gyro_grade::GyroGrade,
@@ -12,7 +12,7 @@ use playback::study::{
     rms,
     seeds::each_seed,
 };
-use playback::{
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Truth, simulate},

@@ -13,7 +13,7 @@ use meerkat_mwd::{
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// Surveys of one seed: stations of a hole.
 const STATIONS: u64 = 2_000;

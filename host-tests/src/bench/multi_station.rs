@@ -11,7 +11,7 @@ use meerkat_mwd::{
 };
 
 use crate::surveys::simulated_run::Run;
-use playback::study::{Cell, Effort, Table, median_and_worst, rms, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, median_and_worst, rms, seeds::each_seed};
 
 /// Inclination above which an azimuth is scored, radians: below, it is not what steers.
 const LEAST_INCLINATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;

@@ -6,7 +6,7 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 
-use playback::study::{
+use testbed::study::{
     Cell, Effort, Table,
     cramer_rao::{Known, Vibration},
     median_and_worst,

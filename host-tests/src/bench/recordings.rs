@@ -7,8 +7,8 @@ use anyhow::Context;
 use meerkat_mwd::{Config, magnet::HardIronInterval};
 
 use crate::diagnosis::{Diagnosed, against_reference, diagnosed, has_dense_reference};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},

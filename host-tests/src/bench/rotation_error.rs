@@ -3,7 +3,7 @@
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use playback::study::one_window::Run;
+use testbed::study::one_window::Run;
 
 /// Length of a rotation, seconds.
 const ROTATION_S: f64 = 1.0;
@@ -48,7 +48,7 @@ pub fn rotation_error_deg(run: &Run, model: &GyroModel) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use playback::simulate::{Gyro, Scenario};
+    use testbed::simulate::{Gyro, Scenario};
 
     /// With the true model only noise remains, 0.1 deg/s/rtHz on three axes over a second; a bias of 0.3
     /// deg/s adds to it.

@@ -4,8 +4,8 @@ use crate::target::{
     module_sizes::{Sizes, measured},
     toolchain,
 };
-use playback::study::{Cell, Effort, Table, one_window::scenario};
-use playback::{simulate::simulate, trace::Trace};
+use testbed::study::{Cell, Effort, Table, one_window::scenario};
+use testbed::{simulate::simulate, trace::Trace};
 
 /// Length of the flight whose stack is measured, seconds: one window and its latency.
 const DURATION_S: f64 = 56.0;

@@ -10,7 +10,7 @@ use super::{
     faults::{CLASSES, draw},
     rotation_error::rotation_error_deg,
 };
-use playback::study::{Cell, Effort, Table, one_window::Run, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, one_window::Run, seeds::each_seed};
 
 /// Ratio of errors that counts as a clear difference.
 const CLEARLY: f64 = 1.1;

@@ -7,12 +7,12 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 
-use playback::study::{
+use testbed::study::{
     Cell, Effort, Table, median_and_worst,
     one_window::{Run, WINDOW_S, scenario},
     seeds::each_seed,
 };
-use playback::{
+use testbed::{
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, simulate},
 };

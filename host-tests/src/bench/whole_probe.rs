@@ -3,9 +3,9 @@
 use super::kept::each_block;
 use anyhow::bail;
 use attack::whole_probe::{DAY_S, KINDS, Run, Tally, VIOLATIONS, fly, fly_day, static_bytes};
-use playback::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 use serde::{Deserialize, Serialize};
 use std::{ops::Range, time::Instant};
+use testbed::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 
 /// Runs that a failure lists.
 const LISTED: usize = 10;

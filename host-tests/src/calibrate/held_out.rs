@@ -1,6 +1,6 @@
 //! Check of a calibration on readings that it was not fitted to.
 
-use playback::score::root_mean_square;
+use testbed::score::root_mean_square;
 
 use super::{
     model::Model,

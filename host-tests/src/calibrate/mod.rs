@@ -28,7 +28,7 @@ pub use verdict::Verdict;
 
 use held_out::norm_error;
 use norm_fit::Observation;
-use playback::{
+use testbed::{
     failure::Failure,
     flight::configuration::{freeze_at_us, of_file},
     score::root_mean_square,

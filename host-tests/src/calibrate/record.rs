@@ -5,7 +5,7 @@ use std::{fmt::Write, path::Path};
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 
 use super::{Calibration, alignment::Alignment, model::NAMES, sensor::SensorCalibration, verdict::Verdict};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Writes the record.
 ///
@@ -15,7 +15,7 @@ pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     let text = text(calibration).ok_or_else(|| {
         Failure::BadInput(format!("{}: not written, nothing could be calibrated (see above)", path.display()))
     })?;
-    playback::console::save(path, &text).map_err(|error| Failure::output(path, &error))
+    testbed::console::save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The record as TOML; `None` if no sensor has new values. A sensor that keeps its old values is written with

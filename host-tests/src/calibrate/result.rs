@@ -13,7 +13,7 @@ use super::{
     sensor::SensorCalibration,
     verdict::{Verdict, undetermined_of},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Writes the result.
 ///
@@ -21,7 +21,7 @@ use playback::failure::Failure;
 /// When the file cannot be written.
 pub fn write(calibration: &Calibration, path: &Path) -> Result<(), Failure> {
     let text = format!("{:#}\n", value(calibration));
-    playback::console::save(path, &text).map_err(|error| Failure::output(path, &error))
+    testbed::console::save(path, &text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The result of a calibration as JSON.

@@ -6,7 +6,7 @@ use super::{
     norm_fit::{Fit, Observation, Problem},
     verdict::{Bounds, Spread, Standard, Verdict, judge},
 };
-use playback::score::root_mean_square;
+use testbed::score::root_mean_square;
 
 /// The calibration of one vector sensor.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ use crate::{
     batch::{Options, inputs::recordings, run as fly_all, tables},
     fleet::read,
 };
-use playback::{
+use testbed::{
     console::told,
     failure::Failure,
     flight::configuration::{frozen_from_us, of_file},

@@ -12,7 +12,7 @@ use crate::{
     layout::Layout,
     report::html::{Sources, calibration::page, write_page},
 };
-use playback::{console::told, failure::Failure, flight::configuration::of_file, trace::Trace};
+use testbed::{console::told, failure::Failure, flight::configuration::of_file, trace::Trace};
 
 /// Options of `calibrate`.
 #[derive(Debug, Clone, Args)]

@@ -18,7 +18,7 @@ use crate::port::{
     line::{Line, LineArgs, Received},
     monitor::self_test_text,
 };
-use playback::{
+use testbed::{
     command_frame::{frame_of, framed},
     console::stdout,
     failure::Failure,

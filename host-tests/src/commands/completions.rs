@@ -6,7 +6,7 @@ use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
 
 use super::Cli;
-use playback::console;
+use testbed::console;
 
 /// Options of `completions`.
 #[derive(Debug, Clone, Args)]

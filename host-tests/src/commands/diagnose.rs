@@ -22,7 +22,7 @@ use crate::{
         window_note::missing,
     },
 };
-use playback::{
+use testbed::{
     console::told,
     flight::{configuration::frozen_from_us, started, surveys, watched},
     score::{self, AttitudeRms},

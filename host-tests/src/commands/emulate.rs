@@ -15,7 +15,7 @@ use crate::{
         error::EmulateError,
     },
 };
-use playback::{
+use testbed::{
     console::told,
     failure::Failure,
     flight::{configuration::frozen_from_us, fly_on, started, through_sensors},

@@ -5,7 +5,7 @@ use std::io;
 use meerkat_mwd::config::ConfigError;
 
 use crate::target::error::EmulateError;
-use playback::{failure::Failure, simulate::ScenarioError, trace::TraceError};
+use testbed::{failure::Failure, simulate::ScenarioError, trace::TraceError};
 
 /// Bad input or usage.
 const BAD_INPUT: u8 = 2;

@@ -12,7 +12,7 @@ use crate::earth::{
     gravity_at_depth::{ROCK_KG_M3, gravity_m_s2},
     reference_field::day,
 };
-use playback::{console, failure::Failure};
+use testbed::{console, failure::Failure};
 
 /// Options of `field`.
 #[derive(Debug, Clone, Args)]

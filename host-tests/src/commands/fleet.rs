@@ -13,7 +13,7 @@ use crate::{
     fleet::{Recording, drift::probes, read_and_replaced},
     report::html::{fleet, write_page},
 };
-use playback::{console::told, failure::Failure};
+use testbed::{console::told, failure::Failure};
 
 /// Recordings that are listed on a terminal.
 const LISTED: usize = 5;

@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::same_file::same_file;
 use crate::import::{ColumnMap, files, import};
-use playback::{
+use testbed::{
     console::{is_stdio, told},
     failure::Failure,
 };

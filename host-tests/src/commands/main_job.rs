@@ -27,7 +27,7 @@ use crate::{
         error::EmulateError,
     },
 };
-use playback::{
+use testbed::{
     console,
     failure::Failure,
     flight::{

@@ -5,7 +5,7 @@ use std::{fs, io::Write, path::PathBuf};
 use clap::{Args, CommandFactory};
 
 use super::Cli;
-use playback::{console, failure::Failure};
+use testbed::{console, failure::Failure};
 
 /// Options of `man`.
 #[derive(Debug, Clone, Args)]

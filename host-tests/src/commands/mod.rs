@@ -33,7 +33,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use exit_status::exit_status;
 
-use playback::console;
+use testbed::console;
 
 /// Identifies gyro errors while drilling and streams attitude: replays, emulates, simulates and scores.
 /// Without a subcommand: flies a bundled recording end to end, scores it and prints the result.
@@ -225,7 +225,7 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
-    use playback::simulate::Scenario;
+    use testbed::simulate::Scenario;
 
     #[test]
     fn a_cause_is_told_once() {

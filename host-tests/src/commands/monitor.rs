@@ -13,7 +13,7 @@ use crate::port::{
     line::{Line, LineArgs, Received},
     monitor::{History, LivePage, State, draw, summary_lines},
 };
-use playback::{console::stdout, failure::Failure};
+use testbed::{console::stdout, failure::Failure};
 
 /// Options of `monitor`.
 #[derive(Debug, Clone, Args)]

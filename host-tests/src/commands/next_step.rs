@@ -6,7 +6,7 @@ use meerkat_mwd::{
 };
 
 use crate::target::error::EmulateError;
-use playback::{
+use testbed::{
     failure::{Failure, NOT_UTF8},
     flight::Flight,
     simulate::ScenarioError,

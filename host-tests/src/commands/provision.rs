@@ -21,7 +21,7 @@ use crate::port::{
     key_file::KeyFile,
     line::{Line, LineArgs},
 };
-use playback::{console::stdout, failure::Failure};
+use testbed::{console::stdout, failure::Failure};
 
 /// Options of `provision`.
 #[derive(Debug, Clone, Args)]

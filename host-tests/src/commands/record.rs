@@ -22,7 +22,7 @@ use crate::{
         recording::{Progress, Recording},
     },
 };
-use playback::{command_frame::frame_of, console::told, failure::Failure};
+use testbed::{command_frame::frame_of, console::told, failure::Failure};
 
 /// Options of `record`.
 #[derive(Debug, Clone, Args)]

@@ -26,7 +26,7 @@ use crate::{
         surveys_csv::write_surveys_csv,
     },
 };
-use playback::{
+use testbed::{
     console::told,
     failure::Failure,
     flight::{

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use playback::{console::is_stdio, failure::Failure};
+use testbed::{console::is_stdio, failure::Failure};
 
 /// Refuses to overwrite an input, and to write two results to one file.
 ///

@@ -9,7 +9,7 @@ use clap::Args;
 
 use super::same_file::none_overwritten;
 use crate::report::picture;
-use playback::{
+use testbed::{
     console::{save, told},
     failure::Failure,
     progress_bar::progress_bar,

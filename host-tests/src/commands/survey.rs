@@ -35,7 +35,7 @@ use crate::{
         surveyed::surveyed,
     },
 };
-use playback::{
+use testbed::{
     console::{self, told},
     failure::Failure,
     flight::{configuration::of_trace, started, surveys},

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde::de::DeserializeOwned;
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Reads a file; fields that it does not name take their defaults, if they have any.
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<T, Failure> {

@@ -23,7 +23,7 @@ use crate::{
     },
     target::image::Image,
 };
-use playback::{command_frame::framed, console::stdout, failure::Failure};
+use testbed::{command_frame::framed, console::stdout, failure::Failure};
 
 /// Wait for the answer to a part before it is sent again.
 const PART: Duration = Duration::from_secs(2);

@@ -18,7 +18,7 @@ use meerkat_mwd::{
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::outcome::{Diagnosed, diagnosed_with};
-use playback::{
+use testbed::{
     failure::Failure,
     flight::{Flight, fly_at_a_desk},
     trace::Trace,

@@ -13,7 +13,7 @@ use super::{
         BeforeAfter, ResidualOverTime, VectorResidual, WithoutEffect, residual_without, vector_residual,
     },
 };
-use playback::{flight::Flight, trace::Trace};
+use testbed::{flight::Flight, trace::Trace};
 
 /// Name under which a magnet is told.
 pub const HARD_IRON: &str = "hard_iron";

@@ -13,7 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::totals::{Gathered, Totals};
-use playback::{flight::Flight, trace::Trace};
+use testbed::{flight::Flight, trace::Trace};
 
 /// Time over which a vector is predicted, seconds.
 const SEGMENT_S: f64 = 1.0;

@@ -10,7 +10,7 @@ use std::{fs, path::Path};
 use world_magnetic_model::time::{Date, util::days_in_year};
 
 use super::field_at_depth::DEEPEST_M;
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Radius of the model's sphere, metres.
 const SPHERE_M: f64 = 6_371_200.0;

@@ -12,7 +12,7 @@ use world_magnetic_model::{
 };
 
 use super::reference_field::{ReferenceField, reference_field};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Lowest height that the evaluation takes, metres.
 const LOWEST_M: f64 = -1_000.0;

@@ -11,7 +11,7 @@ use world_magnetic_model::{
     },
 };
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// The field of the World Magnetic Model, with that model's 1-sigma uncertainties.
 #[derive(Clone, Copy, Debug, PartialEq)]

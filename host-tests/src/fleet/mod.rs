@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, path::Path};
 use chrono::NaiveDate;
 use serde_json::Value;
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// A row of a table, by the names of its columns; what is null is not there.
 type Row = BTreeMap<String, Value>;

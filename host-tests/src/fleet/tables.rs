@@ -10,7 +10,7 @@ use parquet::{
 use serde_json::Value;
 
 use super::Row;
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// All rows of a Parquet file. What is null is left out.
 pub(super) fn rows(path: &Path) -> Result<Vec<Row>, Failure> {

@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, path::Path};
 use serde::{Deserialize, Serialize};
 
 use super::delimited::Dialect;
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// A map, whole or in part.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

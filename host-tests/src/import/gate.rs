@@ -8,7 +8,7 @@ mod sizes;
 mod time;
 
 use super::{column_map::ColumnMap, merged::Merged, resolve::Resolved, series::Series};
-use playback::trace::Keys;
+use testbed::trace::Keys;
 
 /// Outcome of one check.
 #[derive(Clone, Debug, PartialEq)]

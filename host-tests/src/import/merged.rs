@@ -9,7 +9,7 @@ use super::{
     series::{Series, start_at_zero},
     units::Quantity,
 };
-use playback::{
+use testbed::{
     failure::Failure,
     trace::{Keys, Trace},
 };

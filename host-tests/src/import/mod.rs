@@ -45,7 +45,7 @@ use table::{Contents, Table};
 use units::Quantity;
 use unused_columns::unused_columns;
 
-use playback::{
+use testbed::{
     failure::Failure,
     trace::{Keys, Trace},
 };

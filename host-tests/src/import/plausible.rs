@@ -11,7 +11,7 @@ use super::{
     merged::Merged,
     series::Series,
 };
-use playback::{
+use testbed::{
     failure::Failure,
     score::convention_note,
     trace::{BodyFrame, Keys, Trace},
@@ -77,7 +77,7 @@ fn by_keys(trace: &Trace, config: &Config, keys: &Keys) -> Vec<Finding> {
 }
 
 /// Refuses a trace whose units, signs or axes cannot be. Forced, it flies with what is wrong written down and without
-/// effects; [`frozen_from_us`](playback::flight::configuration::frozen_from_us) keeps a model from being learnt. What is
+/// effects; [`frozen_from_us`](testbed::flight::configuration::frozen_from_us) keeps a model from being learnt. What is
 /// only doubtful becomes a note.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use super::{
     time_stamps::{Clock, inherit, time},
     units::{Quantity, STANDARD_GRAVITY, foreign_unit},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// One sensor's part of the map with its reasons.
 #[derive(Clone, Debug, PartialEq)]

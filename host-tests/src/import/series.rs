@@ -4,7 +4,7 @@ use super::{
     resolve::{Resolved, name, unsigned},
     table::{Column, Table},
 };
-use playback::{
+use testbed::{
     failure::Failure,
     trace::{RowOrder, RowPlace},
 };

@@ -13,7 +13,7 @@ use super::{
     table::Contents,
     text, ulog,
 };
-use playback::{failure::Failure, trace::recordings};
+use testbed::{failure::Failure, trace::recordings};
 
 /// Name of the standard input.
 pub const STDIN: &str = "-";

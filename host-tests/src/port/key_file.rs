@@ -11,7 +11,7 @@ use meerkat_mwd::{
     telemetry::{Key, ProbeId},
 };
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// A key and the latest counter used with it, which is kept in a file beside it.
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use std::{
 
 use clap::Args;
 
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Longest wait of a read.
 const PATIENCE: Duration = Duration::from_millis(50);

@@ -12,7 +12,7 @@ use meerkat_mwd::{
     telemetry::{Boot, CommandRefusal, LinkCounters, Message, Outcome, RawSample},
 };
 
-use playback::{
+use testbed::{
     failure::Failure,
     trace::{BodyFrame, Keys, Trace, seconds},
 };

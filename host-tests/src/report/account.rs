@@ -13,7 +13,7 @@ use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rival_of_other_sensor, rivals, why_left_in},
     number::fixed,
 };
-use playback::{
+use testbed::{
     flight::Flight,
     score::{PerModel, Reference},
     trace::{Trace, seconds},

@@ -4,7 +4,7 @@ use meerkat_mwd::{Config, attitude::Attitude};
 
 use super::toolface::{has_north, is_vertical, toolface_rad};
 use crate::{diagnosis::Totals, number::fixed};
-use playback::flight::Flight;
+use testbed::flight::Flight;
 
 /// Two lines: the angles with one standard deviation each; |G|, |B| and dip.
 #[must_use]

@@ -8,7 +8,7 @@ use std::{
 
 use meerkat_mwd::probe::Output;
 
-use playback::{console, failure::Failure, trace::seconds};
+use testbed::{console, failure::Failure, trace::seconds};
 
 const HEADER: &str = "t_s,qw,qx,qy,qz,inclination_deg,azimuth_deg,gravity_toolface_deg,magnetic_toolface_deg,\
                       sigma_inclination_deg,sigma_azimuth_deg,sigma_toolface_deg,flags";

@@ -7,7 +7,7 @@ use std::{
 
 use meerkat_mwd::survey::{BurstSample, DrillingDynamics, Rotation, SHOCK_LEVELS, WhirlKind};
 
-use playback::{console::save, failure::Failure, trace::seconds};
+use testbed::{console::save, failure::Failure, trace::seconds};
 
 /// Standard gravity, m/s^2.
 const G: f32 = 9.806_65;

@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Config, SampleFlags, attitude::AttitudeFlags};
 
-use playback::{flight::Flight, trace::Trace};
+use testbed::{flight::Flight, trace::Trace};
 
 /// Least motion with a field to read that is judged, seconds: the attitude waits for half a second of agreement before it
 /// uses a field, and averages its reference over 20 s.

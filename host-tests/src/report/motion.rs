@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{Config, config::Motion};
 
-use playback::trace::{BodyFrame, Trace, motion::name};
+use testbed::trace::{BodyFrame, Trace, motion::name};
 
 /// Where the kind of motion was stated.
 #[must_use]
@@ -44,8 +44,8 @@ pub fn sentence(trace: &Trace, config: &Config) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use playback::flight::configuration::of_trace;
-    use playback::trace::Keys;
+    use testbed::flight::configuration::of_trace;
+    use testbed::trace::Keys;
 
     fn line_of(motion: Option<Motion>, body_frame: BodyFrame) -> String {
         let trace = Trace { keys: Keys { motion, body_frame, ..Keys::default() }, ..Trace::default() };

@@ -5,7 +5,7 @@ use crate::{
     number::fixed,
     report::html::{Plot, Series},
 };
-use playback::{
+use testbed::{
     flight::Flight,
     score::{PerModel, Settings, rotation_errors},
     trace::Trace,

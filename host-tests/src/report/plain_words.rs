@@ -15,7 +15,7 @@ use super::{
     window_note::why_no_window,
 };
 use crate::diagnosis::{BeforeAfter, Diagnosed, Found};
-use playback::{
+use testbed::{
     flight::{Flight, Flying},
     score::{PerModel, Reference},
     trace::Trace,

@@ -8,7 +8,7 @@ use std::{
 use meerkat_mwd::probe::Output;
 
 use crate::report::attitude_csv::write_cell;
-use playback::{console, failure::Failure, trace::seconds};
+use testbed::{console, failure::Failure, trace::seconds};
 
 /// Writes one row per sample: time of validity and compensated body rate in rad/s.
 ///

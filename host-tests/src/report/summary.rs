@@ -21,7 +21,7 @@ use crate::{
         window_note::{why_no_window, window_note},
     },
 };
-use playback::{
+use testbed::{
     flight::Flight,
     score::{PerModel, Reference},
     trace::{Trace, clipping_is_known, seconds},

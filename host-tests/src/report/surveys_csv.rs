@@ -8,7 +8,7 @@ use std::{
 use meerkat_mwd::survey::{Checked, Grade, Survey, SurveyKind, SurveyReport, ToolfaceKind, Uncertain};
 
 use crate::report::attitude_csv::write_cell;
-use playback::{console, failure::Failure, trace::seconds};
+use testbed::{console, failure::Failure, trace::seconds};
 
 const HEADER: &str = "t_start_s,t_end_s,kind,inclination_deg,sigma_inclination_deg,magnetic_azimuth_deg,sigma_magnetic_azimuth_deg,\
                       true_azimuth_deg,sigma_true_azimuth_deg,grid_azimuth_deg,sigma_grid_azimuth_deg,gravity_toolface_deg,\
@@ -104,7 +104,7 @@ pub(crate) fn reason(checked: Checked) -> &'static str {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use playback::{
+    use testbed::{
         flight::{configuration::of_trace, started, surveys},
         simulate::{Hole, Scenario, simulate},
     };

@@ -8,7 +8,7 @@ use meerkat_mwd::{
 
 use super::refusal_text::refusal_text;
 use crate::diagnosis::Diagnosed;
-use playback::{flight::Flight, trace::Trace};
+use testbed::{flight::Flight, trace::Trace};
 
 /// Shortfall from which a window is called short, seconds: its last sample comes one period before its end.
 const TOLERANCE_S: f64 = 0.5;

@@ -14,7 +14,7 @@ pub use sensors::{Added, Sensors};
 use meerkat_mwd::config::Motion as MotionKind;
 use motion::Motion;
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     simulate::Random,
     trace::{BodyFrame, EarthFrame, Keys, Trace},
 };

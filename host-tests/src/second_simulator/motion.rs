@@ -2,8 +2,8 @@
 
 use super::{Plan, STEP_S, resonator::Resonator};
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::simulate::Random;
 use std::f64::consts::{PI, TAU};
+use testbed::simulate::Random;
 
 /// One step of the motion.
 pub(super) struct Moved {

@@ -1,7 +1,7 @@
 //! A lightly damped mode driven by noise.
 
-use playback::simulate::Random;
 use std::f64::consts::TAU;
+use testbed::simulate::Random;
 
 /// x'' + 2 z w x' + w^2 x = noise, stepped half implicitly.
 pub(super) struct Resonator {

@@ -3,8 +3,8 @@
 use super::{STEP_S, STEPS_HZ};
 use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Matrix3, Vector3};
-use playback::simulate::Random;
 use std::collections::VecDeque;
+use testbed::simulate::Random;
 
 /// Effects that nobody declares, each off at 0.
 #[derive(Clone, Copy, Debug, Default)]

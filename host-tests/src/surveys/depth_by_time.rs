@@ -4,7 +4,7 @@ use super::{
     cells::{each_once, line, number, stated, table, unmarked, unread},
     column_names::{DEPTHS, Units, named},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Depths of the bit by time, to give stations by time their depths.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,7 +16,7 @@ use crate::earth::{
     gravity_at_depth::gravity_m_s2,
     reference_field::day,
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Days between the model's date and the survey's from which on a warning is given: the declination drifts by up to
 /// a quarter of a degree a year, so a month is a twentieth of the reference's own error (DEC, 0.36 deg).

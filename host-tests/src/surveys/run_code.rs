@@ -4,7 +4,7 @@ use super::{
     settings::RunSettings,
     tool_codes::{Term, ToolCode},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// The code, and a warning where what was done has none of its own.
 pub fn tool_code(settings: &RunSettings, sag: bool, multi_station: bool) -> (ToolCode, Option<String>) {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{sag::Sag, tool_codes::FieldClass};
 use crate::earth::{gravity_at_depth::ROCK_KG_M3, grid::Grid};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Settings of a run's surveys. Depths count from a zero (rotary table) at `zero_height_m`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

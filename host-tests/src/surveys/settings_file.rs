@@ -6,7 +6,7 @@ use super::{
     settings::{ReferenceSettings, RunSettings, one_line},
 };
 use crate::earth::{field_at_depth::within_half_a_turn, grid::Grid, reference_field::day};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Total field, nanotesla: it is within 22,000 and 67,000 at the surface (World Magnetic Model 2025), and rock and
 /// depth change it by less than what is left to these bounds.

@@ -7,7 +7,7 @@ use meerkat_mwd::{
     config::SurveyErrors,
     survey::multi_station::{MultiStationSettings, PARAMETERS, Parameter, Station, StationReference},
 };
-use playback::simulate::Random;
+use testbed::simulate::Random;
 
 /// Settings of a simulated run.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@ use super::{
     measured::Measured,
     station_columns::{Columns, columns},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Range of an inclination, degrees.
 const INCLINATION_DEG: [f64; 2] = [0.0, 180.0];

@@ -22,7 +22,7 @@ use super::{
     stations_csv::ReadStation,
     term_weights::ModelStation,
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Smallest fall of the depth from one station to the next that is an error and not the rounding of one depth, metres.
 const FALL_M: f64 = 0.01;

@@ -13,7 +13,7 @@ use super::{
     toolchain::{self, Toolchain},
     wire,
 };
-use playback::flight::{
+use testbed::flight::{
     Flight,
     through_sensors::{self, SamplingCost},
 };

@@ -7,8 +7,8 @@ use super::{
     image::Image,
     toolchain,
 };
-use playback::{flight::configuration::of_trace, trace::Trace};
 use std::collections::BTreeMap;
+use testbed::{flight::configuration::of_trace, trace::Trace};
 
 /// Bytes under which a module or a static has no row of its own.
 const LEAST: u64 = 1024;

@@ -11,8 +11,8 @@ use meerkat_mwd::{
     emulation::Recording,
     telemetry::{ProbeId, StreamConfig},
 };
-use playback::flight::through_sensors;
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Duration};
+use testbed::flight::through_sensors;
 
 /// The machine that a loader runs on.
 const MPS2: &str = "mps2-an386";

@@ -4,7 +4,7 @@ use meerkat_mwd::{
     Config, Sample,
     emulation::{Record, Recording, Summary},
 };
-use playback::flight::Flight;
+use testbed::flight::Flight;
 
 /// Content of a whole `flight.bin`.
 #[derive(Clone, Debug, PartialEq)]

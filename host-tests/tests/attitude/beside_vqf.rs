@@ -2,7 +2,7 @@
 
 use meerkat_mwd::Config;
 use mwd::bench::attitude::{AKTOS_T, ours, vqf};
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     score::{AttitudeRms, Settings, attitude_rms_deg},
     trace::{Trace, recordings::folder},

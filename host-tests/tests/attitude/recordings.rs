@@ -7,13 +7,13 @@ use meerkat_mwd::{
     config::{AttitudeConfig, Earth, Motion},
 };
 use nalgebra::{Quaternion, Vector3};
-use playback::trace::recordings;
 use std::{
     collections::HashMap,
     fs::File,
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
 };
+use testbed::trace::recordings;
 
 /// Root mean square error in degrees over the scored samples (total, heading, inclination; definition of the
 /// BROAD data set), and the part of them whose tilt error is within three of the filter's sigmas.

@@ -9,7 +9,7 @@ use meerkat_mwd::{
     probe::Output,
 };
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::{
+use testbed::{
     flight::{configuration::of_trace, fly},
     simulate::{Hole, Rotation, Scenario, simulate},
     trace::Trace,

@@ -2,7 +2,7 @@
 //! it recovers.
 
 use meerkat_mwd::{Sample, SampleFlags};
-use playback::simulate::{Hole, Rotation, Scenario};
+use testbed::simulate::{Hole, Rotation, Scenario};
 
 use crate::{
     simulation::Noise,

@@ -10,20 +10,20 @@ use mwd::target::{
     machine::build_program,
     toolchain::Toolchain,
 };
-use playback::{
-    flight::{
-        configuration, fly,
-        through_sensors::{each_field_once, play},
-    },
-    simulate::simulate,
-    study::one_window,
-};
 use std::{
     io::{BufRead, BufReader, Write},
     os::unix::net::UnixStream,
     path::Path,
     process::{Command, Stdio},
     time::Duration,
+};
+use testbed::{
+    flight::{
+        configuration, fly,
+        through_sensors::{each_field_once, play},
+    },
+    simulate::simulate,
+    study::one_window,
 };
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::rig::files::{ATTACHED_MAGNET, FAST_ROTATION, recording};
 use meerkat_mwd::SampleFlags;
-use playback::{
+use testbed::{
     flight::{
         configuration,
         through_sensors::{Difference, QuantisationBound, differences, each_field_once, play},

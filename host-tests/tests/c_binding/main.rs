@@ -19,13 +19,13 @@ use mwd::target::{
     image::Image,
     toolchain::{self, Toolchain},
 };
-use playback::trace::{Trace, recordings};
 use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
     time::Duration,
 };
+use testbed::trace::{Trace, recordings};
 
 const BUILD: Duration = Duration::from_secs(600);
 const RUN: Duration = Duration::from_secs(300);

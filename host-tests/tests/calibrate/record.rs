@@ -2,7 +2,7 @@
 
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
 use mwd::calibrate::{calibrate, record};
-use playback::flight::configuration::of_file;
+use testbed::flight::configuration::of_file;
 
 use crate::turntable::{Probe, Random, all_around};
 

@@ -4,7 +4,7 @@ use crate::rig::files::recording;
 
 use meerkat_mwd::identification::Decision;
 use mwd::calibrate::{Calibration, Verdict, calibrate, record};
-use playback::{
+use testbed::{
     flight::{
         configuration::{freeze_at_us, of_file},
         fly_frozen,

@@ -3,7 +3,7 @@
 use meerkat_mwd::compensation::VectorModel;
 use mwd::calibrate::{Verdict, calibrate, record};
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::flight::configuration::freeze_at_us;
+use testbed::flight::configuration::freeze_at_us;
 
 use crate::turntable::{Probe, Random, all_around};
 

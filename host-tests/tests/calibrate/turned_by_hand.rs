@@ -8,7 +8,7 @@ use meerkat_mwd::{
     identification::{Decision, Refusal, WindowReport},
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use playback::flight::fly;
+use testbed::flight::fly;
 
 use crate::turntable::Random;
 

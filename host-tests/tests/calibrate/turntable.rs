@@ -2,9 +2,9 @@
 
 use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
-use playback::trace::{Keys, Trace};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use testbed::trace::{Keys, Trace};
 
 pub const GRAVITY_M_S2: f64 = 9.81;
 pub const FIELD_UT: f64 = 50.0;

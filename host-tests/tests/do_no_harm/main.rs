@@ -10,13 +10,13 @@ mod study;
 
 use meerkat_mwd::{config::OptimizerKind, identification::Decision};
 use mwd::commands::main_job::recording;
-use playback::{
+use played::{play, play_against_reference};
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::systematic_rate_error_rad_s,
     simulate::{Effects, Gyro, MagneticBursts, Scenario, known_error, simulate},
     trace::Trace,
 };
-use played::{play, play_against_reference};
 
 use rig::handheld::{self, GyroError, KINDS};
 

@@ -3,7 +3,7 @@ use meerkat_mwd::{
     identification::{Decision, WindowReport},
 };
 use mwd::diagnosis::against_reference;
-use playback::{
+use testbed::{
     flight::{
         Flight,
         configuration::{freeze_at_us, of_trace},

@@ -3,14 +3,14 @@
 
 use crate::played::{Played, play};
 use meerkat_mwd::config::OptimizerKind;
-use playback::{
+use std::path::PathBuf;
+use testbed::{
     simulate::known_error,
     trace::{
         Trace,
         recordings::{FOLDER, bundled, given, name},
     },
 };
-use std::path::PathBuf;
 
 /// Draws of the known error for each recording.
 const DRAWS: u64 = 2;

@@ -6,13 +6,13 @@ use crate::{
     rig::handheld::{self, GyroError, KINDS, Kind},
 };
 use meerkat_mwd::config::OptimizerKind;
-use playback::{
-    simulate::known_error,
-    trace::{Trace, recordings},
-};
 use std::sync::{
     Mutex,
     atomic::{AtomicUsize, Ordering},
+};
+use testbed::{
+    simulate::known_error,
+    trace::{Trace, recordings},
 };
 
 /// Runs the cases on two threads, results in order.

@@ -12,7 +12,7 @@ use std::{
 use clap::{CommandFactory, Parser, error::ErrorKind};
 use meerkat_mwd::{Config, config::SurveyConfig};
 use mwd::{commands::Cli, import::ColumnMap, surveys::settings::RunSettings};
-use playback::{simulate::Scenario, trace::Trace};
+use testbed::{simulate::Scenario, trace::Trace};
 
 use super::{guide, pages, root, text};
 
@@ -238,7 +238,7 @@ fn every_line_of_the_shell_parses() {
     let blocks: Vec<Block> = blocks().into_iter().filter(is_shell).collect();
     assert!(blocks.len() > 30, "{}", blocks.len());
     let is_there = |option: &str, name: &str| match option {
-        "--test" => ["host-tests/tests", "tests"].iter().any(|folder| {
+        "--test" => ["host-tests/tests", "host-tests/attack/tests", "tests"].iter().any(|folder| {
             root().join(folder).join(format!("{name}.rs")).exists() || root().join(folder).join(name).is_dir()
         }),
         "--example" => root().join("examples").join(format!("{name}.rs")).exists(),

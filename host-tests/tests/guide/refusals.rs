@@ -9,7 +9,7 @@ use std::{
 
 use meerkat_mwd::{Probe, Sample, SampleFlags, sample::TurnFlags};
 use mwd::report::refusal_text::decision_text;
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::Trace,

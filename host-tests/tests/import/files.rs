@@ -9,11 +9,11 @@ use std::{
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::import::{ColumnMap, Import, import};
-use playback::{
+use tempfile::TempDir;
+use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     trace::Trace,
 };
-use tempfile::TempDir;
 
 use crate::rig::files::{FAST_ROTATION, recording};
 

@@ -2,8 +2,8 @@
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::import::{ColumnMap, Verdict, import};
-use playback::trace::Trace;
 use tempfile::TempDir;
+use testbed::trace::Trace;
 
 use crate::files::{Written, accel, flies_as, flies_within, flight, gyro, imported, mag, original, rows, written};
 

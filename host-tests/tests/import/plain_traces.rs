@@ -3,7 +3,9 @@
 
 use meerkat_mwd::Sample;
 use mwd::import::plausible::checked;
-use playback::{
+use serde_json::Value;
+use tempfile::TempDir;
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Effects, Scenario, simulate},
     trace::{
@@ -11,8 +13,6 @@ use playback::{
         recordings::{bundled, given},
     },
 };
-use serde_json::Value;
-use tempfile::TempDir;
 
 use crate::{
     files::original,

@@ -2,14 +2,14 @@
 
 use meerkat_mwd::Sample;
 use mwd::import::{ColumnMap, Import, Verdict, import};
-use playback::{
+use tempfile::TempDir;
+use testbed::{
     simulate::{Scenario, simulate},
     trace::{
         Keys, Trace,
         recordings::{bundled, given},
     },
 };
-use tempfile::TempDir;
 
 use crate::{
     files::{flies_as_the_original, imported, original, si, with_map, written},

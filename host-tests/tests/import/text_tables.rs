@@ -2,8 +2,8 @@
 
 use meerkat_mwd::{Sample, SampleFlags};
 use mwd::import::Verdict;
-use playback::trace::Trace;
 use tempfile::TempDir;
+use testbed::trace::Trace;
 
 use crate::{
     files::{
@@ -134,7 +134,8 @@ fn repeated_and_late_rows_are_dropped_and_counted() {
     lines.insert(3_000, lines[2_990].clone());
     let told = imported(&[written(&folder, "log.csv", &lines.join("\n"))]);
     assert_eq!(told.dropped(), 2);
-    let counted = |finding: &mwd::import::Finding| finding.told.contains("2 rows dropped (1 repeat a time, 1 are late");
+    let counted =
+        |finding: &mwd::import::Finding| finding.told.contains("2 rows dropped (1 repeat a time, 1 are out of order");
     assert!(told.findings.iter().any(|finding| finding.verdict == Verdict::Note && counted(finding)));
     flies_as_the_original(&told);
 }
@@ -150,7 +151,8 @@ fn a_time_that_jumps_ahead_is_dropped_with_its_row_alone() {
     assert_eq!((told.dropped(), told.trace.len()), (1, original().samples.len() - 1));
     let whole = original().samples.iter().enumerate().filter(|(row, _)| *row != 1_999).map(|(_, sample)| sample.t_us);
     assert!(told.trace.samples.iter().map(|sample| sample.t_us).eq(whole));
-    let counted = |finding: &mwd::import::Finding| finding.told.contains("1 rows dropped (0 repeat a time, 1 are late");
+    let counted =
+        |finding: &mwd::import::Finding| finding.told.contains("1 rows dropped (0 repeat a time, 1 are out of order");
     assert!(told.findings.iter().any(|finding| finding.verdict == Verdict::Note && counted(finding)));
 }
 

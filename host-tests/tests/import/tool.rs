@@ -7,8 +7,8 @@ use std::{
     process::{Command, Stdio},
 };
 
-use playback::trace::Trace;
 use tempfile::TempDir;
+use testbed::trace::Trace;
 
 use crate::{
     files::{flies_within, si, written},

@@ -7,8 +7,8 @@ mod runs;
 
 use meerkat_mwd::Config;
 use nalgebra::Vector3;
-use playback::flight::configuration::of_trace;
 use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
+use testbed::flight::configuration::of_trace;
 
 use rig::files::{ATTACHED_MAGNET, recording};
 use rig::handheld::{self, GyroError, KINDS, Kind, Random};

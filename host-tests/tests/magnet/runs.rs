@@ -7,7 +7,7 @@ use meerkat_mwd::{
     magnet::{HardIronCounts, HardIronInterval},
 };
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Effects, MagneticBursts, Scenario, simulate},
     trace::Trace,
@@ -97,8 +97,8 @@ pub fn watch_with(trace: &Trace, config: &Config, freeze_at_us: u64) -> Watched 
 /// Heading error over the moving part against the trace's own reference (NED), degrees root mean square.
 pub fn heading_rms_deg(trace: &Trace, effects: bool) -> f64 {
     let config = Config { effects, ..of_trace(trace) };
-    let flight = playback::flight::fly(&config, &trace.samples, |_| {}).unwrap();
-    playback::score::score(trace, &flight, &playback::score::Settings::default())
+    let flight = testbed::flight::fly(&config, &trace.samples, |_| {}).unwrap();
+    testbed::score::score(trace, &flight, &testbed::score::Settings::default())
         .unwrap()
         .attitude_rms_deg
         .heading

@@ -2,7 +2,7 @@ use crate::rig::files::scenario;
 
 use super::searches::SEEDS;
 use meerkat_mwd::config::OptimizerKind;
-use playback::{
+use testbed::{
     flight::{configuration::of_trace, fly_frozen},
     simulate::{Scenario, simulate},
 };

@@ -17,10 +17,6 @@ use mwd::{
     diagnosis::diagnosed,
     report::html::{Told, replay::page, write_page},
 };
-use playback::{
-    flight::{Calibrated, Flight, Watched},
-    trace::Trace,
-};
 use rig::{
     browser::{browser, frame_ms, is_legible, is_sound, told},
     files::{ATTACHED_MAGNET, FAST_ROTATION, recording_path},
@@ -28,6 +24,10 @@ use rig::{
     picture::looks_as_in_its_pictures,
 };
 use tempfile::TempDir;
+use testbed::{
+    flight::{Calibrated, Flight, Watched},
+    trace::Trace,
+};
 
 /// Largest page of an hour's flight, bytes.
 const LARGEST_PAGE: usize = 6_000_000;

@@ -13,8 +13,8 @@ use meerkat_mwd::{
 };
 use mwd::target::real_time::RealTime;
 use nalgebra::Vector3;
-use playback::flight;
 use std::fs;
+use testbed::flight;
 
 const OTHER_KEY: [u8; 32] = *b"a key that no probe has 32 Bytes";
 

@@ -6,11 +6,11 @@ use meerkat_mwd::{
     probe::Output,
     telemetry::{AttitudeFormat, StreamConfig},
 };
-use playback::{
+use std::time::Duration;
+use testbed::{
     flight::{self, configuration},
     simulate::{Scenario, simulate},
 };
-use std::time::Duration;
 
 /// Longest that an emulated run may take.
 pub const LIMIT: Duration = Duration::from_secs(1_800);

@@ -17,10 +17,6 @@ use mwd::target::{
     real_time::{PROBE, RealTime},
     toolchain::Toolchain,
 };
-use playback::{
-    flight::configuration,
-    simulate::{Scenario, simulate},
-};
 use std::{
     collections::VecDeque,
     fs,
@@ -30,6 +26,10 @@ use std::{
     process::{self, Child},
     thread,
     time::{Duration, Instant},
+};
+use testbed::{
+    flight::configuration,
+    simulate::{Scenario, simulate},
 };
 
 /// Time allowed for any step.

@@ -18,8 +18,8 @@ use mwd::target::{
     real_time::{RealTime, Stage},
     toolchain::Toolchain,
 };
-use playback::{flight, trace::Trace};
 use std::{fs, path::Path};
+use testbed::{flight, trace::Trace};
 
 const FLASH_BYTES: usize = 3 * 16 * 1024;
 /// Long enough for three windows of 25 s that agree.

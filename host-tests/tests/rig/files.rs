@@ -1,10 +1,10 @@
 //! Scenarios and recordings of the repository, by their names without the ending.
 
-use playback::{
+use std::path::{Path, PathBuf};
+use testbed::{
     simulate::Scenario,
     trace::{Trace, recordings},
 };
-use std::path::{Path, PathBuf};
 
 /// A real recording: fast rotation by hand, 110 s.
 pub const FAST_ROTATION: &str = "broad_06_fast_rotation_110s";

@@ -13,14 +13,14 @@ use meerkat_mwd::{
     probe::Output,
 };
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::{
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use testbed::{
     flight::{Flight, configuration::of_trace, fly, fly_with},
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, Truth, simulate},
     trace::Trace,
 };
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Rate error of one window's P, deg/s rms, whatever P was before: 0.045 over 24 seeds.
 pub const WINDOW_DEG_S: f64 = 0.045;

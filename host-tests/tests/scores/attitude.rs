@@ -1,7 +1,7 @@
 use super::motions::{cells, close, flight, from, swing, swing_rate, trace, turn, unturned};
 use crate::rig::rotation::rotation;
 use nalgebra::UnitQuaternion;
-use playback::{
+use testbed::{
     flight::Flight,
     score::{Settings, score},
     trace::{EarthFrame, Trace},

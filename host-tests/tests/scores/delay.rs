@@ -1,5 +1,5 @@
 use super::motions::{close, flight, from, swing, swing_rate, trace, unturned};
-use playback::score::{self, score};
+use testbed::score::{self, score};
 
 #[test]
 fn a_pure_delay_is_found_to_a_tenth_of_a_millisecond_and_taken_out() {
@@ -15,8 +15,8 @@ fn a_pure_delay_is_found_to_a_tenth_of_a_millisecond_and_taken_out() {
 #[test]
 fn the_delay_is_found_on_a_good_reading_where_the_raw_gyro_is_off_by_percents() {
     let mut trace = trace(3_500, 60, swing, |t| swing_rate(t - 0.004));
-    let truth = playback::simulate::known_error::draw(5);
-    playback::simulate::known_error::apply(&mut trace, &truth);
+    let truth = testbed::simulate::known_error::draw(5);
+    testbed::simulate::known_error::apply(&mut trace, &truth);
     let mut flight = flight(&trace, unturned);
     for output in &mut flight.outputs {
         output.rate_rad_s = truth.compensate(output.rate_rad_s).into();

@@ -1,6 +1,6 @@
 use super::motions::{close, flight, from, still, swing, trace, unturned};
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     flight::Flight,
     score::{self, score},
 };

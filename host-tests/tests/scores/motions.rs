@@ -9,7 +9,7 @@ use meerkat_mwd::{
     probe::Output,
 };
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::{flight::Flight, score::Settings, trace::Trace};
+use testbed::{flight::Flight, score::Settings, trace::Trace};
 
 pub type Q = UnitQuaternion<f64>;
 

@@ -1,13 +1,13 @@
 use super::motions::{bias, close};
 use meerkat_mwd::compensation::GyroModel;
-use playback::score;
+use testbed::score;
 
 #[test]
 fn systematic_rate_error_is_the_algebra_of_the_two_models() {
     let rates = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, -2.0]];
     let error =
         |truth: &GyroModel, estimate: &GyroModel| score::systematic_rate_error_rad_s(truth, estimate, &rates).unwrap();
-    let truth = playback::simulate::known_error::draw(1);
+    let truth = testbed::simulate::known_error::draw(1);
     assert!(error(&truth, &truth) < 1e-7);
     // A bias on one axis of three.
     assert!((error(&bias(3.0), &GyroModel::IDENTITY) - 3_f64.to_radians() / 3_f64.sqrt()).abs() < 1e-7);

@@ -1,7 +1,7 @@
 use super::motions::{close, flight, from, trace, turn, unturned};
 use meerkat_mwd::compensation::VectorModel;
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     score::{self, Settings, score},
     trace::Trace,
 };

@@ -1,7 +1,7 @@
 use super::motions::{bias, close, flight, from, report, swing, swing_rate, trace, turn, unturned};
 use meerkat_mwd::{SampleFlags, compensation::GyroModel};
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     flight::Flight,
     score::{Reference, rotation_errors, score},
     trace::Trace,

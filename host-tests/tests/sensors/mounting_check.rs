@@ -1,7 +1,7 @@
 //! The check of the mounting on recordings of real sensors: in hands, on a table, with magnets, on a robot's gimbal.
 
 use meerkat_mwd::{Sample, sample::TurnFlags, sensors::MountingCheck};
-use playback::trace::{
+use testbed::trace::{
     Trace,
     recordings::{bundled, given, name},
 };

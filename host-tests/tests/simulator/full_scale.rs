@@ -1,5 +1,5 @@
 use meerkat_mwd::SampleFlags;
-use playback::simulate::{Scenario, simulate};
+use testbed::simulate::{Scenario, simulate};
 
 #[test]
 fn full_scales_clip_and_flag_and_steps_round() {

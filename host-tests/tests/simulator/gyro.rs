@@ -1,7 +1,7 @@
 use super::ideal::{attitude, files, vector, without_sensor_errors};
 use meerkat_mwd::compensation::GyroModel;
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     flight::Flight,
     score::{Settings, score, systematic_rate_error_rad_s},
     simulate::{EarthSettings, Scenario, Truth, simulate},

@@ -2,7 +2,7 @@
 
 use crate::rig::{files::scenario, rotation::rotation};
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::{
+use testbed::{
     simulate::{Scenario, ShockSettings, Vibration, Wobble},
     trace::Trace,
 };

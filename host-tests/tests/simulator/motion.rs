@@ -1,6 +1,6 @@
 use super::ideal::{attitude, files, smooth};
 use nalgebra::{UnitQuaternion, Vector3};
-use playback::simulate::{Scenario, simulate};
+use testbed::simulate::{Scenario, simulate};
 
 #[test]
 fn the_true_rate_integrates_to_the_true_attitude() {

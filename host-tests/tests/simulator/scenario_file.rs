@@ -1,6 +1,6 @@
 use super::{ideal::attitude, rig::program::mwd};
 use mwd::commands::simulate::SimulateArgs;
-use playback::{
+use testbed::{
     simulate::{Scenario, ScenarioError, simulate},
     trace::Trace,
 };

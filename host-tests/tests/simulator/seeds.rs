@@ -1,4 +1,4 @@
-use playback::simulate::{Effects, HardIronInterval, MountRotation, Scenario, simulate};
+use testbed::simulate::{Effects, HardIronInterval, MountRotation, Scenario, simulate};
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_seed_another_run() {

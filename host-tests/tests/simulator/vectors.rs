@@ -1,6 +1,6 @@
 use super::ideal::{attitude, files, smooth, vector, without_sensor_errors};
 use nalgebra::Vector3;
-use playback::simulate::{Hole, Rotation, Scenario, simulate};
+use testbed::simulate::{Hole, Rotation, Scenario, simulate};
 
 #[test]
 fn at_rest_the_readings_give_back_inclination_azimuth_and_toolface() {

@@ -10,14 +10,14 @@ use meerkat_mwd::{
     identification::Decision,
     storage::{StoreReason, StoredModel, fingerprint},
 };
-use playback::{
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use testbed::{
     flight::configuration::of_trace,
     score::systematic_rate_error_rad_s,
     simulate::{Scenario, known_error, simulate},
     trace::Trace,
 };
-use rand_core::{Rng, SeedableRng};
-use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Times at which the second run is looked at, seconds; it moves from 10 s on.
 const AT_S: [u64; 3] = [20, 35, 50];

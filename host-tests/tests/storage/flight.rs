@@ -11,7 +11,7 @@ use meerkat_mwd::{
     },
 };
 use nalgebra::Vector3;
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Scenario, simulate},
     trace::Trace,

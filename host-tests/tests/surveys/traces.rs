@@ -7,11 +7,11 @@ use std::{
 };
 
 use meerkat_mwd::SampleFlags;
-use playback::{
+use tempfile::TempDir;
+use testbed::{
     simulate::{Scenario, simulate},
     trace::Trace,
 };
-use tempfile::TempDir;
 
 const RUN: &str = "latitude_deg = 60.0\nlongitude_deg = 2.0\ndate = \"2026-06-01\"\n[reference]\nmodel = \"fixed\"\n\
                    name = \"simulated\"\ndate = \"2026-06-01\"\nfield_nt = 50000\ndip_deg = 65\ndeclination_deg = 0\n\

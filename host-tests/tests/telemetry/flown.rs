@@ -6,7 +6,7 @@ use meerkat_mwd::{
     survey::{SurveyNews, Surveyor},
     telemetry::{AttitudeFormat, Boot, Health, Identification, MAX_FRAME, StreamConfig, TelemetryQueue},
 };
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     trace::{Trace, recordings},
 };

@@ -51,7 +51,7 @@ fn the_live_page_is_for_this_machine_and_shows_what_the_probe_says() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("line.bin");
     fs::write(&path, flown::stream(&config, &samples, AttitudeFormat::Exact)).unwrap();
-    let flight = playback::flight::fly(&config, &samples, |_| ()).unwrap();
+    let flight = testbed::flight::fly(&config, &samples, |_| ()).unwrap();
     let last = flight.outputs.last().unwrap().attitude.unwrap();
     let mut monitor = process::Command::new(env!("CARGO_BIN_EXE_mwd"));
     let mut monitor = monitor.arg("monitor").arg(&path).arg("--web=0").stdout(process::Stdio::piped()).spawn().unwrap();

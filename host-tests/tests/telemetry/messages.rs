@@ -20,7 +20,7 @@ use std::f32::consts::{PI, TAU};
 #[test]
 fn what_a_flight_says_arrives() {
     let (config, samples) = flown::recording("broad_06");
-    let flight = playback::flight::fly(&config, &samples, |_| ()).unwrap();
+    let flight = testbed::flight::fly(&config, &samples, |_| ()).unwrap();
     for format in [AttitudeFormat::Compact, AttitudeFormat::Exact] {
         let bytes = flown::stream(&config, &samples, format);
         let messages = frames::messages(&bytes);

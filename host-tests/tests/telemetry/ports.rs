@@ -11,8 +11,8 @@ use meerkat_mwd::{
     telemetry::{AttitudeFormat, Command, EarlierModel, Erasure, SelfTest},
 };
 use mwd::report::attitude_csv::write_attitude_csv;
-use playback::trace::Trace;
 use std::{fs, path::Path, process};
+use testbed::trace::Trace;
 
 struct Said {
     status: i32,
@@ -206,7 +206,7 @@ fn the_monitor_says_what_the_probe_says() {
     let path = folder.path().join("line.bin");
     let bytes = flown::stream(&config, &samples, AttitudeFormat::Exact);
     fs::write(&path, &bytes).unwrap();
-    let flight = playback::flight::fly(&config, &samples, |_| ()).unwrap();
+    let flight = testbed::flight::fly(&config, &samples, |_| ()).unwrap();
     let last = flight.outputs.last().unwrap().attitude.unwrap();
     let said = mwd(&["monitor", path.to_str().unwrap()]);
     assert_eq!(said.status, 0, "{}", said.error);

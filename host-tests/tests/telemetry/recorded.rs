@@ -9,8 +9,8 @@ use mwd::{
     port::recording::{Progress, Recording},
     report::attitude_csv::write_attitude_csv,
 };
-use playback::trace::Trace;
 use std::{fs, path::Path};
+use testbed::trace::Trace;
 
 /// Records the bytes of a line, replays the trace, and compares attitude files.
 fn recorded_and_replayed(config: &Config, samples: &[Sample]) {

@@ -6,9 +6,9 @@ use std::{
 };
 
 use meerkat_mwd::{Sample, SampleFlags};
-use playback::trace::Trace;
 use serde_json::Value;
 use tempfile::TempDir;
+use testbed::trace::Trace;
 
 use crate::rig::run::{Dice, run, saturated};
 
@@ -139,7 +139,7 @@ fn rows_cells_and_seconds_that_are_missing_are_counted() {
 fn clipping_is_counted_where_the_full_scale_is_known() {
     let run = run(60.0, 3);
     let trace = Trace {
-        keys: playback::trace::Keys { gyro_full_scale_rad_s: Some(5.2), ..run.trace.keys.clone() },
+        keys: testbed::trace::Keys { gyro_full_scale_rad_s: Some(5.2), ..run.trace.keys.clone() },
         ..run.trace.clone()
     };
     let clipped = replayed(&trace, run.with(|_, s| s.gyro_rad_s = saturated(s.gyro_rad_s, 5.2)), &[]);

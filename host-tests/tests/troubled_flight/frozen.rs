@@ -1,7 +1,7 @@
 //! Sensors that read the same for ever, and sensors that read nothing but zeros.
 
 use meerkat_mwd::{Sample, attitude::AttitudeFlags, identification::Refusal};
-use playback::simulate::Scenario;
+use testbed::simulate::Scenario;
 
 use crate::rig::{
     files::scenario,

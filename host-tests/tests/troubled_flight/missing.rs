@@ -1,7 +1,7 @@
 //! Rows that are not there, cells that are empty, and gaps in time.
 
 use meerkat_mwd::{Sample, SampleFlags, attitude::AttitudeFlags, identification::Refusal};
-use playback::simulate::Scenario;
+use testbed::simulate::Scenario;
 
 use crate::rig::{
     files::scenario,

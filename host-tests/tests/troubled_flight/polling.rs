@@ -1,7 +1,7 @@
 //! A main loop that polls too little, too much, or never.
 
 use meerkat_mwd::{Config, Probe, identification::Refusal};
-use playback::{
+use testbed::{
     flight::{Flight, configuration::of_trace},
     trace::{Trace, recordings::bundled},
 };

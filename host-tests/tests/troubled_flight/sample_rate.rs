@@ -1,6 +1,6 @@
 //! The same motion, sampled at other rates.
 
-use playback::{flight::fly, simulate::Scenario};
+use testbed::{flight::fly, simulate::Scenario};
 
 use crate::rig::{
     files::scenario,

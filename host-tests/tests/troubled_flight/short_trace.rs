@@ -2,7 +2,7 @@
 
 use meerkat_mwd::identification::Refusal;
 use mwd::report::window_note::why_no_window;
-use playback::flight::{Flight, configuration::freeze_at_us};
+use testbed::flight::{Flight, configuration::freeze_at_us};
 
 use crate::rig::run::{Run, refusal, run};
 

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Probe, Sample, attitude::AttitudeFlags, identification::Refusal};
 
 use crate::rig::run::{flagged, flown, refusal, run, sound, within};
-use playback::flight::Flight;
+use testbed::flight::Flight;
 
 fn shifted(samples: &[Sample], by_us: u64) -> Vec<Sample> {
     samples.iter().map(|s| Sample { t_us: s.t_us.checked_add(by_us).unwrap(), ..*s }).collect()

@@ -13,8 +13,8 @@ use crate::estimator::{
 /// Information, over the prior's, that a direction keeps if the data say nothing about it.
 const LEAST_INFORMATION: f32 = 1e-3;
 
-/// Averages the bias over the scales of its prior, N(0, scale^2) in its units, and moves P by its regression on the
-/// bias. Changes nothing if the covariance is singular.
+/// Averages the bias over the scales of its prior, N(0, scale^2) in units of the prior's deviation, and moves P by its
+/// regression on the bias. Changes nothing if the covariance is singular, or the data alone tell nothing of an axis.
 pub fn average<T: Real>(of: &mut Averaged<T>) {
     let c = |i: usize, j: usize| element(&of.covariance, if i >= j { i } else { j }, if i >= j { j } else { i });
     let covariance = M3::from_fn(|i, j| c(NINE + i, NINE + j));

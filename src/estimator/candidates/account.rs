@@ -24,7 +24,7 @@ pub(in crate::estimator) struct Account<T> {
     pub mean: [T; MAX_TAKEN],
     pub covariance: [T; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
     /// Factor by which each deviation is inflated: the root of the dispersion, as far as the prior's deviation allows.
-    dispersion: [T; MAX_TAKEN],
+    inflation: [T; MAX_TAKEN],
 }
 
 /// Factor by which the variance of one parameter is inflated where the data vary by more than they state. The inflated
@@ -48,7 +48,7 @@ impl<T: Real> Account<T> {
             taken: Vec::new(),
             mean: [T::ZERO; MAX_TAKEN],
             covariance: [T::ZERO; MAX_TAKEN * (MAX_TAKEN + 1) / 2],
-            dispersion: [T::ZERO; MAX_TAKEN],
+            inflation: [T::ZERO; MAX_TAKEN],
         }
     }
 
@@ -101,10 +101,10 @@ impl<T: Real> Account<T> {
         if !columns.are_nuisances() && claim.is_taken_out {
             claim.is_taken_out = self.taken.len() + n <= MAX_TAKEN;
             for ((column, mean), scale) in columns.iter().zip(mean).zip(scales).filter(|_| claim.is_taken_out) {
-                let slots = (self.mean.get_mut(self.taken.len()), self.dispersion.get_mut(self.taken.len()));
-                if let (Some(slot), Some(dispersion)) = slots {
+                let slots = (self.mean.get_mut(self.taken.len()), self.inflation.get_mut(self.taken.len()));
+                if let (Some(slot), Some(inflation)) = slots {
                     *slot = mean;
-                    *dispersion = scale;
+                    *inflation = scale;
                 }
                 // There is room.
                 let _ = self.taken.push(column);
@@ -116,9 +116,9 @@ impl<T: Real> Account<T> {
     /// Computes one row of the covariance of what is taken out; returns false beyond the last.
     pub(super) fn join(&mut self, matrix: &Matrix<T>, index: usize, entered: &Entered) -> bool {
         let Some(column) = self.taken.get(index) else { return false };
-        let others = self.taken.iter().zip(&self.dispersion).take(index + 1);
+        let others = self.taken.iter().zip(&self.inflation).take(index + 1);
         let row = self.covariance.iter_mut().skip(index * (index + 1) / 2);
-        let own = self.dispersion.get(index).copied().unwrap_or(T::ONE);
+        let own = self.inflation.get(index).copied().unwrap_or(T::ONE);
         for (covariance, (other, dispersion)) in row.zip(others) {
             *covariance = entered.covariance(matrix, *column, *other) * own * *dispersion;
         }

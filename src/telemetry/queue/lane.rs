@@ -87,7 +87,7 @@ fn write<P: Payload>(ring: &mut DequeView<u8>, now_us: u64, payload: &P) -> Resu
     finish(ring, start, written, P::KIND.number(), now_us as u32)
 }
 
-/// Puts the header before the payload that was written behind `start`, or removes a payload that does not fit.
+/// Fills in the header at `start`, before the payload that was just written; removes both if the payload did not fit.
 #[inline(never)]
 fn finish(ring: &mut DequeView<u8>, start: usize, written: bool, kind: u8, pushed_us: u32) -> Result<(), Refused> {
     let length = ring.storage_len().saturating_sub(start + ENTRY_HEADER);

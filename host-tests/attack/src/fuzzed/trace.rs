@@ -1,6 +1,6 @@
 //! A recording that somebody else has written.
 
-use playback::trace::Trace;
+use testbed::trace::Trace;
 
 /// A trace as text. In one that is read time goes forward.
 ///

@@ -2,8 +2,8 @@
 
 use super::{host::Host, plan::Trouble, proportions::Proportions, tally::Tally, truth::Truth};
 use meerkat_mwd::{compensation::GyroModel, survey::SurveyReport};
-use playback::simulate::Random;
 use std::collections::VecDeque;
+use testbed::simulate::Random;
 
 /// Surroundings of the probe, which go on whether or not it has power.
 pub struct Day {

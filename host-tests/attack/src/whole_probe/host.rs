@@ -9,9 +9,9 @@ use meerkat_mwd::{
         MAX_PAYLOAD, Message, Outcome, ProbeId, StreamConfig, authenticate,
     },
 };
-use playback::command_frame::{frame_of, framed};
-use playback::simulate::Random;
 use std::collections::VecDeque;
+use testbed::command_frame::{frame_of, framed};
+use testbed::simulate::Random;
 
 /// The probe, and another with the same key.
 pub const PROBE: ProbeId = ProbeId(*b"under attack");

@@ -42,12 +42,12 @@ use meerkat_mwd::{
     survey::Surveyor,
     telemetry::{CounterStore, ResetReason, StreamConfig},
 };
-use playback::simulate::Random;
 use proportions::{ATTACK, CALM, Proportions, WHOLE_DAY};
 use std::{
     mem::MaybeUninit,
     panic::{AssertUnwindSafe, catch_unwind},
 };
+use testbed::simulate::Random;
 use truth::{DIP_RAD, FIELD_UT, Truth};
 
 /// Share of calm runs.

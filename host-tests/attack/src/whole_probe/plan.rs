@@ -6,7 +6,7 @@ use meerkat_mwd::{
     emulation::{BusFault, PartFault},
 };
 use mock_flash::{CUTS, Cut};
-use playback::simulate::Random;
+use testbed::simulate::Random;
 
 /// Something that happens to the probe.
 #[derive(Clone, Copy, Debug, PartialEq)]

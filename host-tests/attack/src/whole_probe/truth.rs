@@ -3,8 +3,8 @@
 use super::proportions::Proportions;
 use meerkat_mwd::{Sample, SampleFlags};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use playback::simulate::Random;
 use std::f64::consts::TAU;
+use testbed::simulate::Random;
 
 /// Gravity, m/s^2; total field, microtesla; dip, radians.
 const GRAVITY_M_S2: f64 = 9.80665;

@@ -15,7 +15,7 @@ use super::{
     weak_form::{WeakForm, equations, nominal_sigma},
     window::{Window, ls_graduated},
 };
-use playback::{
+use testbed::{
     simulate::{Contamination, random::Random},
     study::Table,
 };

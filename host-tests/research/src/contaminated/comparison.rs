@@ -9,7 +9,7 @@ use super::{
     weak_form::TEST_WINDOW_S,
     window::Window,
 };
-use playback::{
+use testbed::{
     simulate::Contamination,
     study::{Table, median_and_worst},
 };

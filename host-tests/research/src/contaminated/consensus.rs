@@ -4,7 +4,7 @@ use super::{
     loss::{Loss, TUKEY},
     window::{Answer, Window},
 };
-use playback::simulate::random::Random;
+use testbed::simulate::random::Random;
 
 /// Test windows of a subset: four of both sensors leave three equations over, and half of them hit still
 /// leaves one subset in 16.

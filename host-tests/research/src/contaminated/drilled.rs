@@ -13,7 +13,7 @@ use super::{
     readings::{Readings, Theta, model_of},
     window::{Window, lm_huber},
 };
-use playback::{
+use testbed::{
     score::systematic_rate_error_rad_s,
     simulate::{Contamination, Hits, Hole, Scenario, contaminate, simulate},
     trace::Trace,

@@ -11,7 +11,7 @@ use super::{
     population::Search,
     prior::Prior,
 };
-use playback::{
+use testbed::{
     simulate::{Contamination, random::Random},
     study::Table,
 };

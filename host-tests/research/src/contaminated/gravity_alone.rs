@@ -11,7 +11,7 @@ use super::{
     readings::{Theta, identity},
     window::{Answer, Window, segment_cost},
 };
-use playback::{
+use testbed::{
     simulate::Contamination,
     study::{Table, median_and_worst},
 };

@@ -11,7 +11,7 @@ use super::{
     prior::Prior,
     readings::{Readings, Theta, rate},
 };
-use playback::{
+use testbed::{
     simulate::{Contamination, sensors::SensorNoise, vibration::HighPassed},
     study::{
         Table,

@@ -12,7 +12,7 @@ use super::{
     segments::SegmentCost,
     window::{Answer, Window, lm_huber, ls_graduated, ls_huber, polished, segment_cost},
 };
-use playback::simulate::random::Random;
+use testbed::simulate::random::Random;
 
 /// A method to find twelve parameters.
 pub(super) struct Method {

@@ -28,7 +28,7 @@ mod weak_form;
 mod window;
 
 use drilled::{Drilled, in_parallel};
-use playback::study::{Effort, Table};
+use testbed::study::{Effort, Table};
 
 /// The section's tables: 100 seeds of each kind.
 ///

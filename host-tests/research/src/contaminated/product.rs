@@ -11,7 +11,7 @@ use super::{
     comparison::{KIND_HEADS, SUCCESS_RATIO},
     drilled::{Drilled, WINDOW, in_parallel},
 };
-use playback::{
+use testbed::{
     flight::{configuration::of_trace, fly_frozen},
     simulate::{Contamination, Hits},
     study::{Table, one_window::CALIBRATED},

@@ -3,7 +3,7 @@ use std::ops::Range;
 use meerkat_mwd::compensation::GyroModel;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
-use playback::{simulate::Hits, trace::Trace};
+use testbed::{simulate::Hits, trace::Trace};
 
 /// The twelve unknowns: P row by row, then c = P b, so that w = P `w_raw` - c.
 pub(super) type Theta = SVector<f64, 12>;

@@ -8,7 +8,7 @@ use super::{
     prior::Prior,
     window::{Window, ls_graduated},
 };
-use playback::{simulate::Contamination, study::Table};
+use testbed::{simulate::Contamination, study::Table};
 
 /// Shares of the study, and hopeless ones beyond them.
 const SHARES: [f64; 8] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];

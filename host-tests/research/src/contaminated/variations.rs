@@ -11,7 +11,7 @@ use super::{
     window::{Answer, ls_graduated},
 };
 use nalgebra::Vector3;
-use playback::study::Table;
+use testbed::study::Table;
 
 /// The recipe with another scale.
 fn scaled(name: String, length_s: f64, factors: [f64; 2]) -> Method {

@@ -139,7 +139,7 @@ pub(super) mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::contaminated::{drilled::WINDOW, prior::Prior, readings::identity, window::Window};
-    use playback::simulate::{Scenario, simulate};
+    use testbed::simulate::{Scenario, simulate};
 
     /// Drilling without noise and vibration, and the gyro's true theta.
     pub(in crate::contaminated) fn noiseless() -> (Readings, Theta) {

@@ -7,7 +7,7 @@ use meerkat_mwd::optimizer::{
     MoaSettings, Optimizer, OptimizerError, Pso, PsoSettings, RandomSearch, Reward, SearchSpace,
 };
 
-use playback::study::{Cell, Effort, Table, median_and_worst};
+use testbed::study::{Cell, Effort, Table, median_and_worst};
 use window::{Window, away};
 
 /// Members of each population, as the identification has them.

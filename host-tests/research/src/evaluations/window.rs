@@ -5,7 +5,7 @@ use meerkat_mwd::{
     identification::{RADIUS, Searched, WindowCost},
     optimizer::{Cost, Found, LevenbergMarquardt, Optimizer},
 };
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Hole, Random, Scenario, simulate},
 };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use meerkat_mwd::attitude::{Attitude, AttitudeFlags};
 
-use playback::{
+use testbed::{
     flight::Flight,
     score::{Settings, reference_attitudes},
     trace::Trace,

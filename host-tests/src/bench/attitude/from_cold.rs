@@ -4,8 +4,8 @@ use meerkat_mwd::{Config, compensation::GyroModel};
 
 use super::{Cell, Coverage, Table, by_recording, oracles, row_of_means, vqf};
 use crate::bench::error_multiplied_in::drawn;
-use playback::study::{Effort, seeds::each_seed};
-use playback::{
+use testbed::study::{Effort, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::{Settings, attitude_rms_deg, attitudes_of},
     simulate::known_error,

@@ -14,8 +14,8 @@ use meerkat_mwd::{Config, Sample, SampleFlags, config::Latency};
 use vqf_rs::VQF;
 
 use coverage::Coverage;
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::{AttitudeRms, Settings, TimedAttitude, attitude_rms_deg, attitudes_of},
     trace::{

@@ -13,7 +13,7 @@ use meerkat_mwd::{
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 use super::AKTOS_T;
-use playback::{
+use testbed::{
     flight::{configuration::of_trace, started},
     score::{Settings, TimedAttitude, reference_attitudes},
     trace::Trace,

@@ -21,7 +21,7 @@ use crate::{
     bench::error_multiplied_in::drawn,
     diagnosis::{against_reference, has_dense_reference},
 };
-use playback::{
+use testbed::{
     flight::{
         configuration::{freeze_at_us, of_trace},
         estimate::posterior,

@@ -7,8 +7,8 @@ use meerkat_mwd::{
 };
 
 use super::{Effort, each_seed, largest, mean, middle, number};
-use playback::study::{Table, one_window::scenario, rms};
-use playback::{
+use testbed::study::{Table, one_window::scenario, rms};
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::{
         nees::{covariance, normalised, p_of},

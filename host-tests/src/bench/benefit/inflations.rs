@@ -6,7 +6,7 @@ use super::{
     case::{Case, Recording},
     draws, largest, mean, middle, number,
 };
-use playback::study::{Effort, Table, seeds::each_seed};
+use testbed::study::{Effort, Table, seeds::each_seed};
 
 /// Factors on the inflations that are built in.
 const FACTORS: [f32; 7] = [4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.36];

@@ -3,7 +3,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use playback::{
+use testbed::{
     score::{RateTrack, seconds_since, trimmed_rms, unit_quaternion},
     trace::Trace,
 };

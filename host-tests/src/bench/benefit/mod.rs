@@ -13,8 +13,8 @@ mod troubled;
 use anyhow::Context;
 
 use case::{Case, Errors, Recording};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
-use playback::trace::recordings::{FOLDER, bundled, given};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::trace::recordings::{FOLDER, bundled, given};
 use troubled::Trouble;
 
 /// Share of a recording held out for the scores.

@@ -4,7 +4,7 @@
 use meerkat_mwd::SampleFlags;
 
 use super::HOLD_OUT;
-use playback::{flight::configuration::freeze_at_us, trace::Trace};
+use testbed::{flight::configuration::freeze_at_us, trace::Trace};
 
 /// Trouble of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,8 +11,8 @@ use meerkat_mwd::{
 };
 
 use crate::bench::effects::trial::{DATA_S, Outcome, diagnose, drilled};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly},
     trace::{
         Trace,

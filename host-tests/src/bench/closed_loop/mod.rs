@@ -7,7 +7,7 @@ mod steps;
 mod vertical;
 
 use super::second_simulator::blind;
-use playback::study::{Effort, Table};
+use testbed::study::{Effort, Table};
 
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(vec![

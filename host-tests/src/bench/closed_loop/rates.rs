@@ -4,8 +4,8 @@ use anyhow::Context;
 use meerkat_mwd::{Config, compensation::effects::LIBRARY};
 
 use crate::bench::effects::{cases::CASES, trial::drilled};
-use playback::study::{Cell, Effort, Table, median_and_worst, rms, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, median_and_worst, rms, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly_with},
     simulate::{Scenario, simulate},
 };

@@ -4,8 +4,8 @@ use meerkat_mwd::Config;
 use nalgebra::Vector3;
 
 use crate::bench::effects::trial::drilled;
-use playback::study::{Cell, Effort, Table, rms, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, rms, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly_frozen},
     simulate::{Random, simulate},
 };

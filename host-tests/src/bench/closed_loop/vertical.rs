@@ -4,8 +4,8 @@ use anyhow::Context;
 use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::DiagnosisReport};
 
 use crate::bench::effects::trial::drilled;
-use playback::study::{Cell, Effort, Table, median, median_and_worst, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, median, median_and_worst, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly},
     score::{
         nees::{covariance, normalised, p_of},

@@ -9,8 +9,8 @@ mod tool;
 use nalgebra::{Matrix3, UnitQuaternion};
 
 use super::attitude::vqf;
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
-use playback::{flight::fly, simulate::simulate, trace::Trace};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::{flight::fly, simulate::simulate, trace::Trace};
 use tool::{REST_S, config, scenario};
 
 /// Time after the start of the rest, and of drilling, from which samples are scored, seconds.

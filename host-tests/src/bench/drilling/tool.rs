@@ -5,7 +5,7 @@ use meerkat_mwd::{
     config::{AttitudeConfig, IdentificationConfig, Latency, SurveyErrors, VectorErrors},
 };
 
-use playback::{
+use testbed::{
     flight::configuration::of_trace,
     simulate::{Effects, Gyro, Hole, Random, Rotation, Scenario, ShockSettings},
     trace::Trace,

@@ -11,7 +11,7 @@ use super::{
     observable::Observability,
     trial::{Library, Outcome},
 };
-use playback::simulate::{MountRotation, Random, Scenario, Temperature};
+use testbed::simulate::{MountRotation, Random, Scenario, Temperature};
 
 /// The library without soft iron.
 static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =

@@ -3,7 +3,7 @@
 use meerkat_mwd::{compensation::effects::LIBRARY, diagnosis::Verdict};
 
 use super::trial::{DATA_S, diagnose, drilled};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 10_000;

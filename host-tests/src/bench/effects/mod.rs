@@ -11,7 +11,7 @@ pub(super) mod trial;
 use meerkat_mwd::diagnosis::Verdict;
 
 use cases::{CASES, Case};
-use playback::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 use trial::{DATA_S, Errors, HELD_OUT_S, Outcome, diagnose_and_score, drilled};
 
 /// Ratio of errors that counts as a clear difference.

@@ -12,8 +12,8 @@ use meerkat_mwd::{Sample, config::IdentificationConfig};
 use nalgebra::{Matrix3, Matrix3x4, Quaternion, UnitQuaternion, Vector3};
 
 use super::trial::{DATA_S, held_out_too};
-use playback::simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed};
-use playback::study::cramer_rao::{
+use testbed::simulate::{Effects, Scenario, sensors::SensorNoise, simulate, vibration::HighPassed};
+use testbed::study::cramer_rao::{
     error_state::{C, ErrorState, VectorSensor},
     prior_sigmas,
 };

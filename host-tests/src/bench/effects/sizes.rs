@@ -4,8 +4,8 @@ use meerkat_mwd::compensation::GyroModel;
 use nalgebra::Vector3;
 
 use super::{Trial, cases::Case};
-use playback::simulate::Scenario;
-use playback::study::{Cell, Table, median, rms};
+use testbed::simulate::Scenario;
+use testbed::study::{Cell, Table, median, rms};
 
 /// Share of a normal distribution within one and within two deviations, percent.
 const NORMAL_PERCENT: [u32; 2] = [68, 95];

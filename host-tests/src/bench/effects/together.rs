@@ -6,8 +6,8 @@ use super::{
     cases::{CASES, Case},
     trial::{DATA_S, diagnose, drilled},
 };
-use playback::simulate::Random;
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::simulate::Random;
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// Groups to draw from: effects that are named in most runs in which they are alone. At most one of each
 /// group, because those of a group cannot be told from each other or from their sum.

@@ -6,8 +6,8 @@ use meerkat_mwd::{
     diagnosis::{DiagnosisReport, Verdict},
 };
 
-use playback::study::one_window::scenario;
-use playback::{
+use testbed::study::one_window::scenario;
+use testbed::{
     flight::{Flight, configuration::of_trace, fly_with},
     score::{self, Reference},
     simulate::{Random, Scenario, simulate},
@@ -134,7 +134,7 @@ mod tests {
     use meerkat_mwd::compensation::effects::LIBRARY;
 
     use super::*;
-    use playback::study::median;
+    use testbed::study::median;
 
     /// An undeclared soft iron is among the filter's own unknowns: rotation does not wait for its name,
     /// attitude does.

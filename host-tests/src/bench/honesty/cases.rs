@@ -5,7 +5,7 @@ use meerkat_mwd::{
 };
 
 use super::seen::{Seen, seen};
-use playback::{
+use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{
         Effects, Gyro, HardIronInterval, Hole, Random, Rotation, Scenario, ShockSettings, Temperature, Vibration,

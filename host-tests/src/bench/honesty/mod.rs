@@ -5,7 +5,7 @@ pub mod schedules;
 mod seen;
 
 use self::cases::{CASES, Case};
-use playback::study::{Cell, Effort, Table, median, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, median, seeds::each_seed};
 
 /// Plays every case, and the schedules.
 ///

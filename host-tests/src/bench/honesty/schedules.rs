@@ -7,8 +7,8 @@ use super::{
     cases::{configured, flown, random},
     seen::{Unflagged, unflagged},
 };
-use playback::simulate::{Gyro, Hole, Random, Rotation, Scenario, simulate};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::simulate::{Gyro, Hole, Random, Rotation, Scenario, simulate};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// Length of a flight, of its rest, and the time in which faults begin, seconds: half a minute of sound drilling is
 /// before them and after the longest.

@@ -3,7 +3,7 @@
 use meerkat_mwd::attitude::{Attitude, AttitudeFlags};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-use playback::{flight::Flight, trace::Trace};
+use testbed::{flight::Flight, trace::Trace};
 
 /// Flags of samples of which the probe says that something is amiss.
 const FLAGGED: AttitudeFlags = AttitudeFlags::GYRO_HELD

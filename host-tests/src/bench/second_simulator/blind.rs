@@ -4,7 +4,7 @@
 use meerkat_mwd::diagnosis::Verdict;
 
 use super::{Case, Trial, cases::CASES, outcome};
-use playback::study::{Cell, Effort, Table, seeds::each_seed};
+use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// First seed.
 const FIRST_SEED: u64 = 5_000;

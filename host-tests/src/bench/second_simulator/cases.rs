@@ -1,7 +1,7 @@
 //! The cases: what is added to a run, and the names that are right for it.
 
 use crate::second_simulator::{Added, Plan};
-use playback::simulate::Random;
+use testbed::simulate::Random;
 
 pub(super) struct Case {
     pub name: &'static str,

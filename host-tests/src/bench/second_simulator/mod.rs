@@ -7,8 +7,8 @@ use super::effects::trial::{Outcome, attitude_error_deg};
 use crate::second_simulator::{Added, Plan, simulate};
 use cases::{CASES, Case};
 use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::Verdict};
-use playback::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
-use playback::{
+use testbed::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
+use testbed::{
     flight::{configuration::of_trace, fly_with},
     simulate::Random,
     trace::Trace,
@@ -139,7 +139,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use playback::study::median;
+    use testbed::study::median;
 
     fn trials(name: &str) -> Vec<Trial> {
         let case = CASES.iter().find(|case| case.name == name).unwrap();

@@ -9,7 +9,7 @@ use meerkat_mwd::sensors::{
     },
 };
 
-use playback::study::{Cell, Effort, Table};
+use testbed::study::{Cell, Effort, Table};
 use wire::Wire;
 
 /// Sample period of the measurement, microseconds (200 Hz).

@@ -12,12 +12,12 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
-use playback::study::Effort;
-use playback::{
+use sections::{Place, SECTIONS, Section};
+use testbed::study::Effort;
+use testbed::{
     console::{save, told},
     failure::Failure,
 };
-use sections::{Place, SECTIONS, Section};
 
 /// Options of `bench`.
 #[derive(Debug, Clone, Args)]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::sections::{Place, Section};
-use playback::study::{Effort, Table};
-use playback::{failure::Failure, trace::recordings::FOLDER};
+use testbed::study::{Effort, Table};
+use testbed::{failure::Failure, trace::recordings::FOLDER};
 
 /// Writes the page of a section into `folder`, which is made where it is missing.
 ///

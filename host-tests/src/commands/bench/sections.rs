@@ -4,8 +4,8 @@ use crate::bench::{
     attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling, effects, honesty, hour,
     mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size, swaps, turntable, whole_probe,
 };
-use playback::study::{Effort, Table};
 use research::{contaminated, evaluations, inclination, paper};
+use testbed::study::{Effort, Table};
 
 /// One section of the bench.
 pub(super) struct Section {

@@ -10,7 +10,7 @@ use super::{
     },
     Finding, Imported,
 };
-use playback::trace::BodyFrame;
+use testbed::trace::BodyFrame;
 
 /// Factor by which a gyro's scale may be off; a unit is off by 57.
 const SCALE: std::ops::RangeInclusive<f64> = 0.7..=1.4;

@@ -64,7 +64,7 @@ pub(super) fn check(imported: &Imported) -> Vec<Finding> {
         }
         let (table, clock) = &series.clock;
         let told = format!(
-            "{table}, {clock}: {dropped} rows dropped ({} repeat a time, {} are late, {} have none)",
+            "{table}, {clock}: {dropped} rows dropped ({} repeat a time, {} are out of order, {} have none)",
             series.repeated, series.late, series.without_time
         );
         let share = dropped as f64 / (dropped + series.t_us.len()) as f64;

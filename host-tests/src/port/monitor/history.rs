@@ -9,7 +9,7 @@ use meerkat_mwd::{
 };
 
 use crate::report::html::live::Heard;
-use playback::flight::{Flight, Watched};
+use testbed::flight::{Flight, Watched};
 
 /// Most attitudes that are kept: of more, every second one of the older half goes.
 const MOST_ATTITUDES: usize = 12_000;

@@ -10,7 +10,7 @@ use std::{
 
 use super::history::History;
 use crate::report::html::live::{news, page};
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Time after which a browser that says nothing is let go.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -10,7 +10,7 @@ use meerkat_mwd::{
 };
 
 use crate::diagnosis::{attitudes, vectors_from};
-use playback::{
+use testbed::{
     flight::estimate::posterior,
     score::nees::{Covariance, covariance_of, p_of},
     trace::Trace,

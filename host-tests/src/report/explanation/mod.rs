@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::report::window_note::span;
 use known_p::KnownP;
-use playback::{
+use testbed::{
     flight::Flight,
     score::nees::{covariance, normalised},
     trace::Trace,

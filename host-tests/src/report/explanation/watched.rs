@@ -5,7 +5,7 @@ use meerkat_mwd::{
     estimator::{MovedByRows, WidthEvidence},
 };
 
-use playback::trace::Trace;
+use testbed::trace::Trace;
 
 /// Number of kinds of rows that move P.
 pub(super) const KINDS: usize = 4;

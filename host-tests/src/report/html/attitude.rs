@@ -5,7 +5,7 @@ use nalgebra::UnitQuaternion;
 
 use super::{Chart, Page, Series, Told, dial, in_s, line, residual::magnets, strip::strip};
 use crate::report::toolface::{has_north, is_vertical, toolface_rad};
-use playback::score::{attitude_errors_deg, reference_attitudes};
+use testbed::score::{attitude_errors_deg, reference_attitudes};
 
 /// An angle that is not known.
 const NONE: [f32; 2] = [f32::NAN, 0.0];

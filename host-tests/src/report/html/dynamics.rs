@@ -3,7 +3,7 @@
 use meerkat_mwd::survey::{DrillingDynamics, Rotation, SHOCK_LEVELS, WhirlKind};
 
 use super::{Chart, Page, Series, Told, in_s, line, table};
-use playback::flight::Watched;
+use testbed::flight::Watched;
 
 /// Revolutions per minute in one radian per second.
 const RPM: f64 = 60.0 / core::f64::consts::TAU;

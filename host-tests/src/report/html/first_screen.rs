@@ -72,8 +72,8 @@ pub(super) fn tiles(told: &Told, about: &str) -> String {
     };
     let kind = if is_vertical(&at_end) { "magnetic, near the vertical" } else { "gravity, from the highside" };
     let axis = match told.trace.keys.body_frame {
-        playback::trace::BodyFrame::Tool => "of the tool's axis",
-        playback::trace::BodyFrame::Sensor => "of the sensor's z axis",
+        testbed::trace::BodyFrame::Tool => "of the tool's axis",
+        testbed::trace::BodyFrame::Sensor => "of the sensor's z axis",
     };
     let angles = [
         ("Inclination", at_end.inclination_rad, at_end.sigma_inclination_rad, axis),

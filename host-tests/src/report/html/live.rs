@@ -4,7 +4,7 @@ use meerkat_mwd::{Config, Sample};
 
 use super::{Page, Told, attitude, dynamics, escape::escape, first_screen, surveys, windows};
 use crate::diagnosis::diagnosed;
-use playback::{
+use testbed::{
     flight::{Flight, Watched},
     trace::Trace,
 };

@@ -39,7 +39,7 @@ pub use svg::{Plot, Series};
 pub use table::{figure, table};
 
 use crate::{diagnosis::Diagnosed, number::fixed};
-use playback::{
+use testbed::{
     failure::Failure,
     flight::{Flight, Watched},
     score::{Reference, Settings},
@@ -88,7 +88,7 @@ impl Told<'_> {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_page(path: &Path, page: &str) -> Result<(), Failure> {
-    playback::console::save(path, page).map_err(|error| Failure::output(path, &error))
+    testbed::console::save(path, page).map_err(|error| Failure::output(path, &error))
 }
 
 /// Text with a capital first letter.

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Sample, SampleFlags};
 
 use super::{Chart, Mark, Page, Series, Told, in_s, line, table};
-use playback::{flight::Calibrated, trace::clipping_is_known};
+use testbed::{flight::Calibrated, trace::clipping_is_known};
 
 /// Stretches into which marks of a plot are gathered.
 const MARKS: f64 = 400.0;

@@ -5,7 +5,7 @@ use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
     report::{effect_words::effect_words, plain_words::in_a_sentence},
 };
-use playback::score::{PerModel, rotation_errors};
+use testbed::score::{PerModel, rotation_errors};
 
 /// Longest step between residuals that a line bridges, seconds; residuals span one second.
 const BRIDGED_S: f64 = 1.5;

@@ -7,7 +7,7 @@ use meerkat_mwd::{
 };
 use serde::Serialize;
 
-use playback::flight::Flight;
+use testbed::flight::Flight;
 
 /// Fields of [`Config`], in their order, with the hold-out's instant.
 #[derive(Debug, Serialize)]

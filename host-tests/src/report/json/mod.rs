@@ -37,7 +37,7 @@ use crate::{
         window_note::{missing, why_no_window},
     },
 };
-use playback::{
+use testbed::{
     console,
     failure::Failure,
     flight::Flight,

@@ -3,7 +3,7 @@
 use meerkat_mwd::{Config, compensation::GyroModel};
 use serde::Serialize;
 
-use playback::flight::Flight;
+use testbed::flight::Flight;
 
 /// A gyro model with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

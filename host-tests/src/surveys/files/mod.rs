@@ -10,14 +10,14 @@ pub mod witsml2;
 use std::{fmt::Write as _, path::Path};
 
 use super::run::SurveyedRun;
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Writes a text to a file.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    playback::console::save(path, text).map_err(|error| Failure::output(path, &error))
+    testbed::console::save(path, text).map_err(|error| Failure::output(path, &error))
 }
 
 /// The run as JSON, schema `meerkat-mwd-survey/1`.

@@ -13,7 +13,7 @@ use crate::surveys::{
     path::DOGLEG_LENGTH_M,
     run::{SurveyedRun, SurveyedStation},
 };
-use playback::failure::Failure;
+use testbed::failure::Failure;
 
 /// Time in which the receiver must take what is sent.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -5,9 +5,9 @@ mod random;
 
 use meerkat_mwd::{Sample, SampleFlags, compensation::GyroModel};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use playback::trace::{BodyFrame, EarthFrame, Keys, Trace};
 pub use random::Random;
 use std::f64::consts::TAU;
+use testbed::trace::{BodyFrame, EarthFrame, Keys, Trace};
 
 const PERIOD_US: u64 = 3500;
 /// Truth is integrated at four steps a sample.

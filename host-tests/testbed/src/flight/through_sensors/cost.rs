@@ -1,4 +1,4 @@
-//! Cost of the sampling path on the emulated chip.
+//! Cost of the sampling path, as the emulated firmware prints it.
 
 use meerkat_mwd::emulation::PlayedCounts;
 

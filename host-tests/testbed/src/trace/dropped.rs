@@ -1,4 +1,4 @@
-//! Rows that were dropped since their time is not after that of the row before.
+//! Rows that were dropped for their time: one that repeats, goes back, or was far ahead of the rows behind it.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ const TOO_MANY: f64 = 0.05;
 pub struct Dropped {
     /// Rows with the time of the row before.
     pub repeated: usize,
-    /// Rows with a time before that of a row above.
+    /// Rows out of order: with a time before that of a row above, or far ahead of the row below.
     pub late: usize,
     first: Option<Box<Located>>,
 }
@@ -50,7 +50,7 @@ impl Dropped {
     /// Number of dropped rows in words, with the reasons.
     #[must_use]
     pub fn told(&self) -> String {
-        format!("{} rows dropped: {} repeat a time, {} are late", self.all(), self.repeated, self.late)
+        format!("{} rows dropped: {} repeat a time, {} are out of order", self.all(), self.repeated, self.late)
     }
 
     pub(super) fn note(&self) -> Option<String> {

@@ -1,4 +1,4 @@
-//! Order of rows in time.
+//! Order of rows in time: which row repeats, goes back, or was far ahead of the rows behind it.
 
 /// Step of time after which a row is only believed when the next one is not before it, microseconds: as the probe does,
 /// which refuses such a sample.
