@@ -23,10 +23,8 @@ pub struct WindowReport {
     /// Cost evaluations spent by the search.
     pub evaluations: u32,
     /// Cost of the model flown so far, on this window: half its squared distance from the posterior's mean, in
-    /// deviations, and what a heavier tail of each node's innovations changes of it ([`WindowCost`]). `None` for a
-    /// window that was refused or has no rows to search.
-    ///
-    /// [`WindowCost`]: crate::estimator::WindowCost
+    /// deviations, and what a heavier tail of each node's innovations changes. `None` for a window that was refused or
+    /// has no rows to search.
     pub cost_before: Option<f32>,
     /// The same of `fitted`.
     pub cost_after: Option<f32>,

@@ -34,8 +34,8 @@ pub(super) struct FieldNoise {
     /// Direction error of the calibrated field, radians.
     error_rad: f32,
     gyro_noise_rad_s_rthz: f32,
-    /// Squared angle that the fastest rest turns in [`ERROR_TIME_S`], radians squared. The share of a moving probe's walk
-    /// grows with the squared angle, and is all of it from here on.
+    /// Squared angle that the fastest rest turns in [`ERROR_TIME_S`], radians squared. From here on a moving
+    /// probe's walk counts whole, below by the squared angle.
     still_rad2: f32,
     /// Angle turned in about the last second, radians.
     recent_rad: f32,

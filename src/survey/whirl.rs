@@ -94,8 +94,7 @@ impl WhirlSums {
     }
 
     /// Returns circularity and speed of the whirl; `None` before two steps, or without vibration. A unit vector that
-    /// turns by an angle a in each step changes by 2 sin(a / 2), and the middle of two is cos(a / 2) long: their product
-    /// and their ratio give both.
+    /// turns by an angle a in each step changes by 2 sin(a / 2), and the middle of two is cos(a / 2) long.
     pub(super) fn whirl(&self) -> Option<Whirl> {
         let product = self.middle_square * self.change_square;
         let sound = self.steps >= 2 && product > 0.0 && self.time_s > 0.0;
