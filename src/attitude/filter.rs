@@ -184,7 +184,7 @@ impl AttitudeFilter {
 
     /// Inflates the attitude for `dt_s` seconds of an unread rate (held, clipped or frozen), the last of the `unread_s`
     /// seconds for which no rate was read. The rate's error grows from nothing to the rate itself and
-    /// [`UNSEEN_RATE_RAD_S`] more; the angle's grows with the square of time, then linearly.
+    /// `UNSEEN_RATE_RAD_S` more; the angle's grows with the square of time, then linearly.
     pub fn unread(&mut self, dt_s: f32, unread_s: f32) {
         let rate_rad_s = libm::sqrtf(self.sample.rate_rad_s.norm_squared()) + UNSEEN_RATE_RAD_S;
         let angle_rad = |s: f32| {
