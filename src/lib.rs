@@ -36,7 +36,6 @@
 //! | `baseline-searches` | the searches that IMOA is compared with |
 //! | `explanation` | what an update rests on, for tools on a desk |
 //! | `defmt` | `defmt::Format` of public enums and errors, on a chip |
-//! | `firmware`, `board-...`, `spi-sensors`, `console` | the firmware `probe` of this repository; no part of the library |
 //!
 //! # In a firmware of one's own
 //!
@@ -59,7 +58,9 @@
 //! ```
 //!
 //! The crate compiles with Rust 1.89 and later; a higher minimum comes with a new minor version. The public interface
-//! has types of [`nalgebra`] and [`heapless`]: take these crates from here, so that the versions agree.
+//! has types of [`nalgebra`] and [`heapless`], and with the features that need them of `embedded-hal`,
+//! `embedded-storage`, their asynchronous forms and `st-mems-bus`: take these crates from here, so that the versions
+//! agree.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing)]
@@ -96,12 +97,27 @@ mod time_step;
 mod units;
 
 pub use config::Config;
+/// The bus of the drivers and adapters.
+#[cfg(feature = "bus")]
+pub use embedded_hal;
+/// The bus of the asynchronous drivers and adapters.
+#[cfg(feature = "async")]
+pub use embedded_hal_async;
+/// The flash of the storage.
+#[cfg(feature = "storage")]
+pub use embedded_storage;
+/// The flash of the asynchronous storage.
+#[cfg(feature = "async-storage")]
+pub use embedded_storage_async;
 /// Bounded text and lists of the public interface.
 pub use heapless;
 /// Vectors and matrices of the public interface.
 pub use nalgebra;
 pub use probe::Probe;
 pub use sample::{Sample, SampleFlags};
+/// The bus as ST's adapters take it.
+#[cfg(any(feature = "iis2mdc", feature = "ism330dhcx", feature = "lsm6dsv320x"))]
+pub use st_mems_bus;
 
 /// Code of the README, compiled and run as a test.
 #[cfg(doctest)]

@@ -153,8 +153,8 @@ impl Sample {
         }
     }
 
-    /// Returns the sample with every field that is not finite, or beyond any sensor, zeroed and flagged missing, so that
-    /// no NaN enters a state and no infinity arises in one. A sample with a fault loses all its readings.
+    /// Returns the sample with every field that is not finite, or beyond any sensor, zeroed and flagged missing, so
+    /// that no NaN enters a state and no infinity arises in one. A sample with a fault loses all its readings.
     #[must_use]
     pub fn sanitised(mut self) -> Self {
         let fault = self.flags.contains(SampleFlags::FAULT);

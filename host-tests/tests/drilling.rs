@@ -152,9 +152,9 @@ fn a_gyro_that_changes_for_good_is_identified_anew() {
     }
 }
 
-/// The filter forgets little, so that in half an hour it comes to know for good what a node's rows tell in error: a turn
-/// of the axes of all sensors together, which no reading shows, seemed known in more than half of such runs, and P was
-/// wrong by 1 deg/s and more.
+/// The filter forgets little, so that in half an hour it comes to know for good what a node's rows tell in error: a
+/// turn of the axes of all sensors together, which no reading shows, seemed known in more than half of such runs, and P
+/// was wrong by 1 deg/s and more.
 #[test]
 fn after_forty_minutes_of_a_vertical_hole_the_model_is_better_than_after_a_window() {
     let scenario = Scenario { duration_s: 2_461.0, ..scenario("drilling_vertical") };

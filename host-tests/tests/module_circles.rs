@@ -1,4 +1,4 @@
-//! The modules of library, firmware and desk: none imports what imports it.
+//! The modules of library, firmware, desk and bindings: none imports what imports it.
 //!
 //! An arrow runs from a file to the file that defines a name it uses, in a `use` or in a path. A re-export is
 //! a door, not an arrow: it leads to the file that defines the name. A module may name its own ancestors,
@@ -16,13 +16,15 @@ use std::{
 type Names = Vec<String>;
 
 /// The crates that are read: folder below the repository, and first file.
-const CRATES: [(&str, &str); 6] = [
+const CRATES: [(&str, &str); 8] = [
     ("src", "lib.rs"),
     ("src/bin/probe", "main.rs"),
     ("host-tests/src", "lib.rs"),
     ("host-tests/attack/src", "lib.rs"),
     ("host-tests/testbed/src", "lib.rs"),
     ("host-tests/research/src", "lib.rs"),
+    ("bindings/c/src", "lib.rs"),
+    ("bindings/python/src", "lib.rs"),
 ];
 
 /// A file of a crate.

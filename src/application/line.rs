@@ -210,8 +210,8 @@ impl Line {
         }
     }
 
-    /// Moves what waits of the surveyor's news into the queue, where there is room; a surveyor that has begun anew has it
-    /// no more.
+    /// Moves what waits of the surveyor's news into the queue, where there is room; a surveyor that has begun anew has
+    /// it no more.
     fn queue_news<P: Payload>(&mut self, now_us: u64, news: SurveyNews, latest: Option<&P>) {
         if self.surveys.contains(news) && self.queue.results_room() >= RESULT {
             self.surveys.remove(news);

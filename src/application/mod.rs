@@ -1,8 +1,9 @@
 //! The probe's program, the same on every board: samples first, then one bounded piece of identification or
 //! diagnosis, then telemetry, then sleep.
 //!
-//! A `main` calls [`factory_records`], `data_sheet` and [`apply_factory_records`] for its [`Settings`], [`Memory::start`],
-//! [`Application::start`], lets the sample clock call `Sensors::read`, and then [`Application::turn`] for ever.
+//! A `main` calls [`factory_records`], `data_sheet` and [`apply_factory_records`] for its [`Settings`],
+//! [`Memory::start`], [`Application::start`], lets the sample clock call `Sensors::read`, and then
+//! [`Application::turn`] for ever.
 
 mod acquisition;
 mod board;

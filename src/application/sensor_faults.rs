@@ -5,12 +5,12 @@ use crate::{attitude::AttitudeFlags, telemetry::SelfTest};
 /// A second: some readings of the slowest magnetometer.
 const SECOND_US: u32 = 1_000_000;
 
-/// One sample in so many may have a fault. A wide margin: of a sound gyro or accelerometer the supervision does not believe
-/// one reading in 1,000.
+/// One sample in so many may have a fault. A wide margin: of a sound gyro or accelerometer the supervision does not
+/// believe one reading in 1,000.
 const ONE_FAULTY_IN: u32 = 20;
 
-/// Faults that count in some of the samples. A magnetometer slower than the samples is in some of them alone: it is at fault
-/// if it is in none.
+/// Faults that count in some of the samples. A magnetometer slower than the samples is in some of them alone: it is at
+/// fault if it is in none.
 const NOW_AND_THEN: AttitudeFlags = SelfTest::FAULTS.difference(AttitudeFlags::MAG_UNUSED);
 
 /// Faults of the last whole second, and those of the one that goes on.

@@ -37,10 +37,10 @@ impl<'a, I: InertialSource, M: MagneticSource> Sensors<'a, I, M> {
         Self { inertial, magnetic, combiner, acquisition, tick: 0, read_us: [0; 2] }
     }
 
-    /// Reads what the parts have measured since the last tick of the sample clock. Call it at each tick, whether or not a
-    /// part has anything to say: this starts a part anew that has failed, and the watchdog is fed only while it is
-    /// called. `tick` is one higher each time, also for a tick without a call, which counts as missed. `now_us` is the time
-    /// of the call.
+    /// Reads what the parts have measured since the last tick of the sample clock. Call it at each tick, whether or not
+    /// a part has anything to say: this starts a part anew that has failed, and the watchdog is fed only while it is
+    /// called. `tick` is one higher each time, also for a tick without a call, which counts as missed. `now_us` is the
+    /// time of the call.
     pub fn read(&mut self, tick: u64, now_us: u64, interrupts: Interrupts) {
         let missed = tick.saturating_sub(self.tick).saturating_sub(1);
         self.tick = tick;

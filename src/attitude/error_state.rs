@@ -256,10 +256,10 @@ impl ErrorState {
         self.update_scalar(&column, &of_scale, seen + variance, residual, Gain::Every);
     }
 
-    /// Replaces the prior of the scale's errors, of deviation `sigma` about zero, by wider ones of factors and couplings,
-    /// as if they had held from the start; the errors must not have walked since. `errors` are those before the collected
-    /// correction. Returns the log Bayes factor of the wider ones; NaN if an error is less certain than by its prior, to
-    /// f32's precision.
+    /// Replaces the prior of the scale's errors, of deviation `sigma` about zero, by wider ones of factors and
+    /// couplings, as if they had held from the start; the errors must not have walked since. `errors` are those before
+    /// the collected correction. Returns the log Bayes factor of the wider ones; NaN if an error is less certain than
+    /// by its prior, to f32's precision.
     ///
     /// An error x of variance v becomes by a deviation w in place of s more probable by the factor
     /// `s/w (1 - a v)^(-1/2) exp(a x^2 / 2 (1 - a v))`, where a = 1/s^2 - 1/w^2; the elements are widened one by one.

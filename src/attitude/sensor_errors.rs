@@ -92,9 +92,9 @@ impl SensorErrors {
         true
     }
 
-    /// Largest square by which a column of P differs from the former one, and from that one with the scale's errors that
-    /// the filter has found: the smaller of both. Whether it is improbable by the gyro's stated scale error and by the
-    /// filter's own deviations.
+    /// Largest square by which a column of P differs from the former one, and from that one with the scale's errors
+    /// that the filter has found: the smaller of both. Whether it is improbable by the gyro's stated scale error and by
+    /// the filter's own deviations.
     fn surprise(&self, state: &State, old: &Matrix3<f32>, new: &Matrix3<f32>) -> (f32, bool) {
         let change = new - old;
         let unexpected = change - state.scale.errors * old;

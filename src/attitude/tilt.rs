@@ -102,8 +102,8 @@ impl Tilt {
         self.aligned_s >= ALIGNMENT_S
     }
 
-    /// Has the next force give a tilt anew that is still averaged, after `silent_s` seconds without a rate: the mean would
-    /// span a turn that was not seen.
+    /// Has the next force give a tilt anew that is still averaged, after `silent_s` seconds without a rate: the mean
+    /// would span a turn that was not seen.
     pub const fn interrupt(&mut self, silent_s: f32) {
         self.lost = self.lost || (silent_s > SHORT_SILENCE_S && self.aligned && !self.is_settled());
     }
@@ -254,8 +254,8 @@ impl Tilt {
         let leaning = if self.force_used { self.leaning(density, settings) } else { f.xy() };
         let per_gravity = if seen { 1.0 / gravity_m_s2 } else { 0.0 };
         let doubt = Vector2::new(leaning.y, leaning.x) * per_gravity;
-        // A lean near its gate comes and goes with the shaking, and the error that it shows does not: a doubt that is no
-        // chance, because it has lasted, fades as slowly as the mean force forgets.
+        // A lean near its gate comes and goes with the shaking, and the error that it shows does not: a doubt that is
+        // no chance, because it has lasted, fades as slowly as the mean force forgets.
         let lasts = settings.goes_round && self.doubted_s > CONTRADICTION_S;
         self.doubt_rad *= if lasts { CONTRADICTION_S / (CONTRADICTION_S + time_s) } else { 0.0 };
         if doubt.norm_squared() > self.doubt_rad.norm_squared() {

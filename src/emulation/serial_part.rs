@@ -17,10 +17,10 @@ pub trait SerialPart {
 
 /// Address pointer of a bus transaction.
 ///
-/// ISM330DHCX and RM3100 share its protocol. SPI: the first byte is the register address with bit 7 set to read, cleared
-/// to write, then data (ISM330DHCX DS13012, SPI interface; RM3100 manual section 4.4). I2C: the first byte written is
-/// the address, and what follows is written or, after a repeated start, read (DS13012, I2C interface; RM3100 manual
-/// sections 4.5.1, 4.5.2).
+/// ISM330DHCX and RM3100 share its protocol. SPI: the first byte is the register address with bit 7 set to read,
+/// cleared to write, then data (ISM330DHCX DS13012, SPI interface; RM3100 manual section 4.4). I2C: the first byte
+/// written is the address, and what follows is written or, after a repeated start, read (DS13012, I2C interface; RM3100
+/// manual sections 4.5.1, 4.5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Cursor {
     address: u8,

@@ -32,8 +32,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.intake.ask(Item::Look);
     }
 
-    /// Attitude for the latest call of [`Estimator::look`]; `None` until [`Estimator::step`] has worked up to that call,
-    /// and if attitude or heading is unknown there.
+    /// Attitude for the latest call of [`Estimator::look`]; `None` until [`Estimator::step`] has worked up to that
+    /// call, and if attitude or heading is unknown there.
     pub fn known_attitude(&self) -> Option<&KnownAttitude> {
         self.known_attitude.first()
     }

@@ -34,7 +34,8 @@ use mixture::Sum;
 const GYRO: usize = 12;
 /// Number of elements of P.
 const NINE: usize = 9;
-/// Work units, as those of `crate::estimator::work`, of one set of widths: if the shared groups change too, and if not.
+/// Units of work, as [`Probe::poll`](crate::Probe::poll) counts them, of one set of widths: if the shared groups
+/// change too, and if not.
 const WIDTHS_UNITS: [u32; 2] = [650, 520];
 
 /// Mean and covariance in units of the prior's widths, P row-major and then b.

@@ -46,8 +46,8 @@ impl Group {
 const OF_MAGNETOMETER: &str =
     "data sheets: sensitivity and cross-axis 1 to 3 % (BMM150, IIS2MDC); real sensors of the recordings 1 to 3 %";
 /// Symmetric, trace-free part of the magnetometer matrix: soft iron and differences of scale; the common scale belongs
-/// to the field's norm. Columns: (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6 of the diagonal, then xy xz yz, over sqrt 2
-/// as those of the next group.
+/// to the field's norm. Columns: (1, -1, 0) / sqrt 2 and (1, 1, -2) / sqrt 6 of the diagonal, then xy xz yz, over sqrt
+/// 2 as those of the next group.
 pub const MAG_SHAPE: Group =
     Group { name: "magnetometer shape", unit: "1", from: 0, count: 5, source: OF_MAGNETOMETER };
 /// Index, within the magnetometer's shape, of the second diagonal term: a larger gain across the tool's axis and a

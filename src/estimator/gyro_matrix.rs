@@ -3,7 +3,8 @@
 //!
 //! To first order that is (I + D) C. A turn of the axes of all sensors together shows in no reading. In I + D it would
 //! change the scales, by its square, and the scales are known a hundred times better than the turn: rows that are made
-//! linear at one turn after the other would seem to measure it. In exp([a]x) a turn of any size leaves the scales alone.
+//! linear at one turn after the other would seem to measure it. In exp([a]x) a turn of any size leaves the scales
+//! alone.
 
 #![allow(clippy::indexing_slicing)] // Fixed sizes; every index is bounded by the loop around it.
 

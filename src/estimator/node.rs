@@ -144,9 +144,9 @@ impl<T: Real> Node<T> {
         self.move_by(&by);
     }
 
-    /// Moves the states, but not their heading; limits the turn of the attitude. The heading at the start is a gauge, and
-    /// the node's hangs on it by all turns since: P's smallest change would turn attitude and field by much. Each such
-    /// turn would be another point to make rows linear at, and these would then seem to tell of the heading, and
+    /// Moves the states, but not their heading; limits the turn of the attitude. The heading at the start is a gauge,
+    /// and the node's hangs on it by all turns since: P's smallest change would turn attitude and field by much. Each
+    /// such turn would be another point to make rows linear at, and these would then seem to tell of the heading, and
     /// through it of P. So the earth frame is turned instead.
     pub fn move_by(&mut self, by: &[T; NODE]) {
         let three = |from: usize| V3::new(by[from], by[from + 1], by[from + 2]);

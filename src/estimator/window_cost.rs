@@ -46,8 +46,8 @@ const BOUND_NODES: usize = 4;
 type Information = Packed<12, 78>;
 
 /// Shares of the largest variance that all variances gain, one after the other, until the covariance has an inverse in
-/// `f32`. Its elements are sums that round to 6e-8 of their largest part, and a scale may be known to a ten-millionth of
-/// the variance of a turn that it goes with.
+/// `f32`. Its elements are sums that round to 6e-8 of their largest part, and a scale may be known to a ten-millionth
+/// of the variance of a turn that it goes with.
 const ROUNDINGS: [f32; 4] = [0.0, 1e-7, 1e-6, 1e-5];
 
 /// Inverse of the covariance, whose variances are larger by a share of the largest; `None` if it is not positive

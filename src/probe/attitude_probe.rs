@@ -67,8 +67,8 @@ impl AttitudeProbe {
         can
     }
 
-    /// Takes one sample. Returns `None` before a configuration, and for a sample whose time does not increase; one that is
-    /// more than ten seconds earlier starts the probe anew.
+    /// Takes one sample. Returns `None` before a configuration, and for a sample whose time does not increase; one that
+    /// is more than ten seconds earlier starts the probe anew.
     pub fn push(&mut self, sample: &Sample) -> Option<Output> {
         self.push_and_read(sample).map(|(output, _)| output)
     }

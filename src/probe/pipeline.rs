@@ -152,8 +152,8 @@ impl<T: TakenOut> Pipeline<T> {
         input_of(kept, &self.filter.residual_bias_rad_s(), taken_out, (sample, output))
     }
 
-    /// Variances on the body's axes of what effects and magnets take out of force and field, (m/s^2)^2 and microtesla^2,
-    /// at these corrected readings of rate, force and field.
+    /// Variances on the body's axes of what effects and magnets take out of force and field, (m/s^2)^2 and
+    /// microtesla^2, at these corrected readings of rate, force and field.
     fn taken_out_variances(&self, library: &[&dyn Effect], readings: [Vector3<f32>; 3]) -> [Vector3<f32>; 2] {
         let [of_force, of_field] = self.corrector.taken_out.vector_variances(library, readings);
         [of_force, of_field + self.watch.offset_variances_ut2()]

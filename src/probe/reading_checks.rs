@@ -64,8 +64,8 @@ pub(super) struct ReadingChecks {
     still_rad_s: f32,
     staleness: BySensor<Staleness>,
     gyro_rails: [Rail; 3],
-    /// Directions of force and field in the body, in units of [`UNIT`], when an axis of the gyro began to repeat itself;
-    /// zero: not read then.
+    /// Directions of force and field in the body, in units of [`UNIT`], when an axis of the gyro began to repeat
+    /// itself; zero: not read then.
     began: [[i8; 3]; 2],
     /// Axes of the gyro that have repeated themselves since, a bit each.
     repeating: u8,

@@ -1,5 +1,5 @@
-//! A probe that is configured again gives the outputs of a new one; lost samples, another library, and since when a model
-//! flies.
+//! A probe that is configured again gives the outputs of a new one; lost samples, another library, and since when a
+//! model flies.
 
 extern crate std;
 

@@ -19,9 +19,9 @@ const STAMP_ERROR: u64 = 16;
 /// Each inertial reading makes one sample, at once. A magnetic reading goes into the sample of the first inertial
 /// reading at its time or after it, or less than a sixteenth of a period before it: stamps err, and of two parts that
 /// convert together a microsecond is not to make the field a whole period old. The samples between have
-/// [`SampleFlags::MAG_MISSING`]. So a sample's field is half a sample period older in the mean; this delay is part of the
-/// magnetometer's configured latency ([`Latency::of_parts`]). A magnetic reading more than one and a half periods old
-/// is lost. Read the magnetic source first, then the inertial one.
+/// [`SampleFlags::MAG_MISSING`]. So a sample's field is half a sample period older in the mean; this delay is part of
+/// the magnetometer's configured latency ([`Latency::of_parts`]). A magnetic reading more than one and a half periods
+/// old is lost. Read the magnetic source first, then the inertial one.
 #[derive(Clone, Debug)]
 pub struct Combiner {
     period_us: u64,

@@ -18,13 +18,14 @@ const DRILLING_RAD_S: core::ops::Range<f32> = 3.0..35.0;
 /// tool that rotates at the slower of the rates above with 0.07 of its gravity across the axis goes so far; biases, and
 /// what an accelerometer off the axis feels, are smaller.
 const MOVED: f32 = 0.1;
-/// Largest distance of a factor from that of a right mounting. A gyro that reads twice the rate gives a factor of 0.5; one
-/// of a data sheet errs by 0.1 at most, and what is not known of a factor is below [`KNOWN`].
+/// Largest distance of a factor from that of a right mounting. A gyro that reads twice the rate gives a factor of 0.5;
+/// one of a data sheet errs by 0.1 at most, and what is not known of a factor is below [`KNOWN`].
 const NEAR: f32 = 0.4;
 /// Largest deviation of a factor that is judged, of its size where that is above one.
 const KNOWN: f32 = 0.25;
 /// Largest part of a vector's motion that turns may leave unexplained. What a hand's acceleration, a magnet or iron on
-/// the probe adds to the readings stands on both sides of the fit and draws the factors towards zero, by about its part.
+/// the probe adds to the readings stands on both sides of the fit and draws the factors towards zero, by about its
+/// part.
 const UNEXPLAINED: f32 = 0.05;
 /// Least range of a component of the vector's direction across an axis for turns about the axis to be judged: 45 deg. A
 /// probe that swings on a rope or an arm feels less of its turns than there is, in step with them and with nothing left
@@ -207,7 +208,8 @@ impl MountingCheck {
     }
 
     /// Columns of M for a turn about x, y and z, by gravity and by the field: the axis about which the vector turned,
-    /// and how far, for each radian of the gyro's. `None`: not turned enough about this axis, or its factor is not known.
+    /// and how far, for each radian of the gyro's. `None`: not turned enough about this axis, or its factor is not
+    /// known.
     #[must_use]
     pub fn columns(&self) -> [[Option<[Option<f32>; 3]>; 3]; 2] {
         self.fits.each_ref().map(Fit::columns)

@@ -6,8 +6,8 @@
 pub enum Trigger {
     /// The part's interrupt: the newest frame was put out then.
     Interrupt,
-    /// Nothing, at the time of the call: the newest frame was put out at most one period before. Its time is half a period
-    /// before, and errs by up to as much.
+    /// Nothing, at the time of the call: the newest frame was put out at most one period before. Its time is half a
+    /// period before, and errs by up to as much.
     Polled,
 }
 
@@ -251,8 +251,8 @@ impl SampleClock {
         self.period >> 4
     }
 
-    /// Time of a burst's newest frame, by this burst alone. A poll soon after another tells no more than any other: frames
-    /// may have been lost between them unnoticed.
+    /// Time of a burst's newest frame, by this burst alone. A poll soon after another tells no more than any other:
+    /// frames may have been lost between them unnoticed.
     fn end(&self, now: i64, trigger: Trigger) -> End {
         let doubt = match trigger {
             Trigger::Interrupt => 0,

@@ -234,8 +234,8 @@ impl<F: NorFlash> ImageSlots<F> {
     /// Writes the next bytes of the image and reads them back. All but the last are multiples of 32 bytes.
     ///
     /// # Errors
-    /// The bytes are none, not the next ones, or too many; the slot is not erased; or the flash failed: the sender begins
-    /// anew.
+    /// The bytes are none, not the next ones, or too many; the slot is not erased; or the flash failed: the sender
+    /// begins anew.
     #[inline(never)]
     pub fn write(
         &mut self,

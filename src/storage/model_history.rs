@@ -91,8 +91,8 @@ impl ModelHistory {
         Some(StoredModel { gyro, sigma, t_us: window_end_us, ..self.flying })
     }
 
-    /// Returns the model that flew before the latest change of P or of the list of effects; `None` before the first change
-    /// of this history.
+    /// Returns the model that flew before the latest change of P or of the list of effects; `None` before the first
+    /// change of this history.
     #[must_use]
     pub const fn previous(&self) -> Option<&StoredModel> {
         self.previous.as_ref()

@@ -28,8 +28,8 @@ pub struct SurveyInput {
     pub raw_mag_ut: [f32; 3],
     /// True if an accelerometer axis is at its full scale.
     pub accel_clipped: bool,
-    /// Turns about which the sensors do not agree, [`MountingCheck::wrong`](crate::sensors::MountingCheck::wrong): while
-    /// there are any, no survey is good.
+    /// Turns about which the sensors do not agree, [`MountingCheck::wrong`](crate::sensors::MountingCheck::wrong):
+    /// while there are any, no survey is good.
     pub mounting_wrong: TurnFlags,
     /// Temperature, degrees Celsius.
     pub temperature_c: Option<f32>,

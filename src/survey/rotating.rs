@@ -3,9 +3,9 @@
 //! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by the angle
 //! of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, cancel
 //! even where the speed varies; gravity and field do not turn and stay. (Azimuth from a turning string is old: see US
-//! 5,012,412, Helm.) An error of the gyro, bias or scale, turns force and field alike from block to block: each whole turn
-//! is turned onto the first one, else the mean were shortened by sinc(n pi s), with n turns and a scale error s, and the
-//! inclination too low. The magnetometer's delay against the accelerometer turns the azimuth.
+//! 5,012,412, Helm.) An error of the gyro, bias or scale, turns force and field alike from block to block: each whole
+//! turn is turned onto the first one, else the mean were shortened by sinc(n pi s), with n turns and a scale error s,
+//! and the inclination too low. The magnetometer's delay against the accelerometer turns the azimuth.
 
 use super::{
     SixAxisAverages, SurveyInput, SurveyKind, SurveyReport,

@@ -8,7 +8,8 @@ pub(super) const LEAST_GRAVITY_M_S2: f32 = 4.9;
 pub(super) const LEAST_FIELD_UT: f32 = 10.0;
 /// Least horizontal share of the field: one within 0.6 deg of the vertical gives no azimuth.
 const LEAST_HORIZONTAL: f32 = 0.01;
-/// Least sine of the inclination, the rounding of a unit vector in single precision: below it the azimuth is not defined.
+/// Least sine of the inclination, the rounding of a unit vector in single precision: below it the azimuth is not
+/// defined.
 const LEAST_SINE: f32 = 1e-6;
 
 /// Directions of the earth in tool axes, from one pair of vectors.
@@ -61,8 +62,8 @@ impl Axes {
         })
     }
 
-    /// Cosine and sine of the azimuth, and the sine of the inclination, not below [`LEAST_SINE`]; below that the azimuth
-    /// is taken as 0.
+    /// Cosine and sine of the azimuth, and the sine of the inclination, not below [`LEAST_SINE`]; below that the
+    /// azimuth is taken as 0.
     fn level(&self) -> [f32; 3] {
         let sine = libm::hypotf(self.north.z, self.east.z);
         if sine > LEAST_SINE { [self.north.z / sine, self.east.z / sine, sine] } else { [1.0, 0.0, LEAST_SINE] }

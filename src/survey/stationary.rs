@@ -19,8 +19,8 @@ const BLOCKS: u16 = 8;
 /// Pause between readings that restarts the survey, microseconds: the tool could have moved and come back.
 const LONGEST_PAUSE_US: u64 = 100_000;
 
-/// Age from which readings say nothing of the present, microseconds: a pass of the main loop that erases a page of flash
-/// takes less, and slow magnetometers are read 8 times as often.
+/// Age from which readings say nothing of the present, microseconds: a pass of the main loop that erases a page of
+/// flash takes less, and slow magnetometers are read 8 times as often.
 pub(super) const OLDEST_EVIDENCE_US: u64 = 1_000_000;
 
 /// Turn of the field within a second from which the tool moves, rad: five deviations of a reading of 1 uT noise in a

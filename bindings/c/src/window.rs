@@ -29,7 +29,8 @@ pub const MWD_REFUSED_IMPLAUSIBLE: u32 = 7;
 pub const MWD_REFUSED_MAGNETOMETER_UNCALIBRATED: u32 = 8;
 /// Refused for a reason that a newer library has.
 pub const MWD_REFUSED_OTHERWISE: u32 = 9;
-/// Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the field.
+/// Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the
+/// field.
 pub const MWD_REFUSED_WRONG_MOUNTING: u32 = 10;
 
 /// Gyro model: `w = P (w_raw - b)`.

@@ -1,5 +1,5 @@
-//! Three sizes of the pipeline, and a run's stations corrected together; and what their images share: start of the chip,
-//! samples from a file, a digest of all outputs, the stack that was used.
+//! Three sizes of the pipeline, and a run's stations corrected together; and what their images share: start of the
+//! chip, samples from a file, a digest of all outputs, the stack that was used.
 #![cfg_attr(target_os = "none", no_std)]
 
 mod attitude;

@@ -10,7 +10,8 @@ use meerkat_mwd::{
 
 use crate::Digest;
 
-/// Bytes of a station in the file: depth, force, field, and the reference's gravity, field and dip; floats of four bytes.
+/// Bytes of a station in the file: depth, force, field, and the reference's gravity, field and dip; floats of four
+/// bytes.
 pub const STATION: usize = 40;
 
 /// Reads a station.

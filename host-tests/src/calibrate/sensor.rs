@@ -64,7 +64,8 @@ impl SensorCalibration {
         }
     }
 
-    /// Smallest and largest required norm, in the sensor's unit: they differ where the readings are from several places.
+    /// Smallest and largest required norm, in the sensor's unit: they differ where the readings are from several
+    /// places.
     #[must_use]
     pub fn norms(&self) -> [f64; 2] {
         let norms = || self.observations.iter().map(|observation| observation.norm);

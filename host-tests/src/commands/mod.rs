@@ -26,7 +26,7 @@ mod survey;
 mod toml_file;
 mod update;
 
-use std::{ffi::OsString, process::ExitCode};
+use std::{borrow::Cow, ffi::OsString, process::ExitCode};
 
 use anstyle::{AnsiColor, Style};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -144,6 +144,26 @@ pub enum Command {
     Man(man::ManArgs),
 }
 
+/// Options of all commands that name an output.
+const OUTPUTS: [&str; 16] = [
+    "-o",
+    "--attitude",
+    "--rates",
+    "--surveys",
+    "--dynamics",
+    "--burst",
+    "--json",
+    "--html",
+    "--csv",
+    "--plain",
+    "--witsml1",
+    "--witsml2",
+    "--las",
+    "--plot",
+    "--plot-rate",
+    "--plot-error",
+];
+
 /// Styles of messages on a terminal.
 const RED: Style = AnsiColor::Red.on_default().bold();
 const BOLD: Style = Style::new().bold();
@@ -154,8 +174,7 @@ pub fn main() -> ExitCode {
     let arguments = command_first(std::env::args_os().collect());
     let matches = grouped_help::grouped(Cli::command()).get_matches_from(&arguments);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    let told: Vec<String> = arguments.iter().map(|argument| argument.to_string_lossy().into_owned()).collect();
-    console::begin(cli.quiet, &told);
+    console::begin(cli.quiet, has_result_on_stdout(&arguments));
     let Err(error) = dispatch(&cli) else {
         return ExitCode::SUCCESS;
     };
@@ -179,6 +198,18 @@ fn command_first(mut arguments: Vec<OsString>) -> Vec<OsString> {
         }
     }
     arguments
+}
+
+/// Returns true if an option that names an output names the standard output.
+fn has_result_on_stdout(arguments: &[OsString]) -> bool {
+    let arguments: Vec<_> = arguments.iter().map(|argument| argument.to_string_lossy()).collect();
+    let names_stdout = |option: &str, value: &str| OUTPUTS.contains(&option) && value == console::STDIO;
+    let is_pair = |pair: &[Cow<'_, str>]| matches!(pair, [option, value] if names_stdout(option, value));
+    arguments.windows(2).any(is_pair)
+        || arguments
+            .iter()
+            .filter_map(|argument| argument.split_once('='))
+            .any(|(option, value)| names_stdout(option, value))
 }
 
 /// Text of an error with its causes, leaving out a cause that the text before it already contains.

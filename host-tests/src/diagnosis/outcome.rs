@@ -38,8 +38,8 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
-    /// Names of the effects that were found and stay in the readings. Of a magnet that is not taken out the field is not
-    /// used, so that nothing of it stays.
+    /// Names of the effects that were found and stay in the readings. Of a magnet that is not taken out the field is
+    /// not used, so that nothing of it stays.
     #[must_use]
     pub fn left_in(&self) -> Vec<&'static str> {
         let effects = self.effects.iter().filter(|found| !found.report.is_taken_out());

@@ -99,8 +99,9 @@ pub fn checked(trace: &mut Trace, config: &mut Config, force: bool) -> Result<()
     Ok(())
 }
 
-/// Refuses a trace for a calibration whose units, signs or axes cannot be, by its readings as they are: a record that was
-/// made of another unit would hide it. The dip is not asked for: the hard iron that is to be found turns the raw field.
+/// Refuses a trace for a calibration whose units, signs or axes cannot be, by its readings as they are: a record that
+/// was made of another unit would hide it. The dip is not asked for: the hard iron that is to be found turns the raw
+/// field.
 ///
 /// # Errors
 /// Description of the units, signs or axes that cannot be, with the likely fix.

@@ -60,8 +60,8 @@ fn span(values: &[f64]) -> Option<f64> {
     Some(there.next_back()? - first)
 }
 
-/// Gives a sensor of the gyro's table the time or the rate that the user's map gives the gyro, and returns why; `None` if
-/// the map gives the sensor one, or the table has a time that names the sensor.
+/// Gives a sensor of the gyro's table the time or the rate that the user's map gives the gyro, and returns why; `None`
+/// if the map gives the sensor one, or the table has a time that names the sensor.
 pub(super) fn inherit(
     table: &Table,
     quantity: Quantity,

@@ -75,8 +75,8 @@ impl Recording {
         Progress::Goes
     }
 
-    /// Samples may still arrive after the report of a pipeline's start that follows them, none after that of a program's.
-    /// The report that opens a recording is no restart.
+    /// Samples may still arrive after the report of a pipeline's start that follows them, none after that of a
+    /// program's. The report that opens a recording is no restart.
     fn take_boot(&mut self, boot: Boot) -> Progress {
         if self.samples.is_empty() {
             self.boot = Some(boot);

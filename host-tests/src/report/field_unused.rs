@@ -4,12 +4,12 @@ use meerkat_mwd::{Config, SampleFlags, attitude::AttitudeFlags};
 
 use testbed::{flight::Flight, trace::Trace};
 
-/// Least motion with a field to read that is judged, seconds: the attitude waits for half a second of agreement before it
-/// uses a field, and averages its reference over 20 s.
+/// Least motion with a field to read that is judged, seconds: the attitude waits for half a second of agreement before
+/// it uses a field, and averages its reference over 20 s.
 const LEAST_MOTION_S: f64 = 10.0;
 
-/// Percentage of the motion that went without the field although it was read; `None` if it is not most of it. Motion is a
-/// rate that no bias of the gyro explains.
+/// Percentage of the motion that went without the field although it was read; `None` if it is not most of it. Motion is
+/// a rate that no bias of the gyro explains.
 #[must_use]
 pub fn field_unused_percent(trace: &Trace, config: &Config, flight: &Flight) -> Option<f64> {
     let least = config.identification.max_bias_rad_s;

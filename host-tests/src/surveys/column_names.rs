@@ -71,8 +71,8 @@ fn unit(text: &str) -> Option<&'static str> {
     UNITS.iter().find(|(written, _)| *written == text).map(|(_, unit)| *unit)
 }
 
-/// Name of a column with its unit at the end, as the stations' reader knows it. The line of units is for columns without
-/// a bracket: one whose bracket holds no known unit has none.
+/// Name of a column with its unit at the end, as the stations' reader knows it. The line of units is for columns
+/// without a bracket: one whose bracket holds no known unit has none.
 #[must_use]
 pub fn named(column: &str, units: Option<&Units>) -> String {
     let column = column.trim().to_lowercase();

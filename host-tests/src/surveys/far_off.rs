@@ -44,7 +44,8 @@ pub fn is_off(off: &[f64; 3]) -> bool {
     !off.iter().zip(limits()).all(|(off, limit)| off.abs() <= limit)
 }
 
-/// A sentence for the stations, by their depths, that are off by more than surveys are accepted with; `None` if none is.
+/// A sentence for the stations, by their depths, that are off by more than surveys are accepted with; `None` if none
+/// is.
 pub fn off_at(stations: &[(f64, [f64; 3])]) -> Option<String> {
     let depths: Vec<String> =
         stations.iter().filter(|(_, off)| is_off(off)).map(|(md_m, _)| format!("{md_m:.1}")).collect();

@@ -13,40 +13,14 @@ use crate::failure::Failure;
 /// Name of the standard input among inputs, and of the standard output among outputs.
 pub const STDIO: &str = "-";
 
-/// Options that name an output.
-const OUTPUTS: [&str; 16] = [
-    "-o",
-    "--attitude",
-    "--rates",
-    "--surveys",
-    "--dynamics",
-    "--burst",
-    "--json",
-    "--html",
-    "--csv",
-    "--plain",
-    "--witsml1",
-    "--witsml2",
-    "--las",
-    "--plot",
-    "--plot-rate",
-    "--plot-error",
-];
-
 static QUIET: AtomicBool = AtomicBool::new(false);
 static RESULT_ON_STDOUT: AtomicBool = AtomicBool::new(false);
 static READER_IS_GONE: AtomicBool = AtomicBool::new(false);
 
-/// Sets what the whole run goes by, from its arguments.
-pub fn begin(quiet: bool, arguments: &[String]) {
-    let is_stdout =
-        |pair: &[String]| matches!(pair, [option, value] if OUTPUTS.contains(&option.as_str()) && value == STDIO);
-    let joined = |argument: &String| {
-        argument.split_once('=').is_some_and(|(option, value)| OUTPUTS.contains(&option) && value == STDIO)
-    };
-    let on_stdout = arguments.windows(2).any(is_stdout) || arguments.iter().any(joined);
+/// Sets what the whole run goes by: whether it tells nothing but errors, and whether its result is the standard output.
+pub fn begin(quiet: bool, result_on_stdout: bool) {
     QUIET.store(quiet, Ordering::Relaxed);
-    RESULT_ON_STDOUT.store(on_stdout, Ordering::Relaxed);
+    RESULT_ON_STDOUT.store(result_on_stdout, Ordering::Relaxed);
 }
 
 /// Returns true if only errors are told.

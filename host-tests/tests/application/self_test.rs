@@ -54,8 +54,8 @@ fn self_test(mount: fn(&mut Sample)) -> SelfTest {
     found.unwrap()
 }
 
-/// A minute on a desk, of which the probe is turned by hand for 24 s: grades and reasons of the surveys that began after
-/// that, and decisions of the windows.
+/// A minute on a desk, of which the probe is turned by hand for 24 s: grades and reasons of the surveys that began
+/// after that, and decisions of the windows.
 fn minute(mount: fn(&mut Sample)) -> (Vec<(Grade, Checked)>, Vec<Decision>) {
     let desk = Desk::default();
     let reads = Box::new(turned_by_hand(desk.period_us as f32 * 1e-6, mount));
@@ -107,7 +107,8 @@ const fn number(sample: &Sample) -> u64 {
     sample.t_us / 5_000
 }
 
-/// A magnetometer slower than the samples is in some of them alone, and of a sound part a reading in 1,000 is not believed.
+/// A magnetometer slower than the samples is in some of them alone, and of a sound part a reading in 1,000 is not
+/// believed.
 #[test]
 fn a_sound_sensor_is_at_fault_at_no_time() {
     for mount in [

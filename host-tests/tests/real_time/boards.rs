@@ -29,8 +29,8 @@ fn every_board_starts_where_its_chip_does_and_fits_it() {
     }
 }
 
-/// Nothing in the firmware writes a float as text or, but for the searches that are compared on the trace board, computes
-/// in emulated f64, as libm's sine does: that takes 15 and 10 KiB.
+/// Nothing in the firmware writes a float as text or, but for the searches that are compared on the trace board,
+/// computes in emulated f64, as libm's sine does: that takes 15 and 10 KiB.
 #[test]
 fn no_board_formats_a_float_or_multiplies_in_f64() {
     let Some(toolchain) = toolchain() else { return };

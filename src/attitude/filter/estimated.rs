@@ -29,8 +29,8 @@ impl AttitudeFilter {
         self.report.is_stale |= old.p != new.p;
     }
 
-    /// Returns true while the attitude is doubted: from a change of the gyro model that showed the former one wrong until
-    /// [`AttitudeFilter::compare`].
+    /// Returns true while the attitude is doubted: from a change of the gyro model that showed the former one wrong
+    /// until [`AttitudeFilter::compare`].
     pub(crate) const fn is_doubted(&self) -> bool {
         self.is_doubted
     }

@@ -252,8 +252,8 @@ fn a_gyro_that_lies_while_the_tool_slides_is_in_doubt_by_what_gravity_shows() {
     }
 }
 
-/// A lean near its gate comes and goes with the shaking: once a doubt has lasted for longer than its mean, it fades. One
-/// that chance may have made ends with the lean.
+/// A lean near its gate comes and goes with the shaking: once a doubt has lasted for longer than its mean, it fades.
+/// One that chance may have made ends with the lean.
 #[test]
 fn a_doubt_that_has_lasted_fades() {
     // Density of the shaking: the gates of the two means are 0.53 and 0.27 m/s^2.
@@ -404,8 +404,8 @@ fn the_heading_is_no_more_certain_than_the_offset_that_is_taken_out_of_the_field
     assert!(without < 0.05 && (0.09..0.15).contains(&with), "{without} {with}");
 }
 
-/// An accelerometer's bias that is known to 0.1 m/s^2 leans the tilt by a hundredth of a radian where its axis is level,
-/// and not where it points up.
+/// An accelerometer's bias that is known to 0.1 m/s^2 leans the tilt by a hundredth of a radian where its axis is
+/// level, and not where it points up.
 #[test]
 fn the_tilt_is_no_more_certain_than_the_force_that_is_taken_out() {
     let sigma = |variances: [f32; 3]| {

@@ -28,7 +28,7 @@ use crate::estimator::{
 
 /// Columns that are loaded in one piece of work.
 const LOADED: usize = 24;
-/// Work units of the pieces, as those of `crate::estimator::work`.
+/// Units of work of the pieces, as [`Probe::poll`](crate::Probe::poll) counts them.
 const LOADING_UNITS: u32 = 450;
 const CHOOSING_UNITS: u32 = 300;
 const ENTERING_UNITS: u32 = 300;

@@ -96,8 +96,8 @@ impl<T: Real> Sums<T> {
         [centred, self.with.p * centred * seconds]
     }
 
-    /// Turns on. Returns the rotation at which the readings stand: in the middle of the turn for readings of an instant,
-    /// else at its end.
+    /// Turns on. Returns the rotation at which the readings stand: in the middle of the turn for readings of an
+    /// instant, else at its end.
     pub fn go_on(&mut self, turn: &V3<T>, is_instant: bool) -> M3<T> {
         if is_instant {
             let half = rotation(&(turn * T::of(0.5)));

@@ -80,8 +80,8 @@ fn equal_readings_before_and_after_a_silence_are_not_frozen() {
     }
 }
 
-/// Reading of a gyro whose noise shows, after 400 samples at 200 Hz about a tool axis that is horizontal or vertical. It
-/// turns at 180 rpm; where `dead`, the axis along it reads the same for ever.
+/// Reading of a gyro whose noise shows, after 400 samples at 200 Hz about a tool axis that is horizontal or vertical.
+/// It turns at 180 rpm; where `dead`, the axis along it reads the same for ever.
 fn turned(dead: bool, rate_rad_s: f32, vertical: bool) -> Reading {
     let mut checks = ReadingChecks::new(&Config { sample_period_us: 5_000, ..Config::default() });
     let mut last = Reading::Missing;

@@ -122,8 +122,8 @@ fn a_gyro_bias_smears_little_and_turns_nothing() {
     assert!(i.abs() < 0.01 && a.abs() < 0.02, "{i} {a}");
 }
 
-/// Ten turns of a gyro that is off by 1 % end 36 deg beside where they began. The sensors' biases, which no longer cancel
-/// over whole turns, are left out.
+/// Ten turns of a gyro that is off by 1 % end 36 deg beside where they began. The sensors' biases, which no longer
+/// cancel over whole turns, are left out.
 #[test]
 fn an_error_of_the_gyros_scale_does_not_bend_the_inclination() {
     for (inclination_deg, scale, has_field) in

@@ -63,7 +63,8 @@ pub enum CommandRefusal {
     WhileDrilling,
     /// The model or window that the command names is not there, or not any more.
     NothingThere,
-    /// An earlier command is not finished, a program is on trial, or, without the key, reports were asked for too often.
+    /// An earlier command is not finished, a program is on trial, or, without the key, reports were asked for too
+    /// often.
     Busy,
     /// The storage failed.
     StorageFailed,

@@ -23,7 +23,8 @@ pub struct LinkCounters {
     pub bad: u32,
     /// Frames longer than this receiver takes, damaged or not.
     pub oversize: u32,
-    /// Sequence numbers that never came. 32,768 to 65,535 in a row count as a step back; multiples of 65,536 are not seen.
+    /// Sequence numbers that never came. 32,768 to 65,535 in a row count as a step back; multiples of 65,536 are not
+    /// seen.
     pub lost: u32,
     /// Steps back in the sequence: a probe that started anew, or old frames.
     pub restarts: u32,

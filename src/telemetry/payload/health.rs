@@ -61,8 +61,8 @@ pub struct Health {
 /// Findings of a self-test: the sensors as they read at rest, the turns of the last minutes, and the storage read anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SelfTest {
-    /// Faults of the last whole second: a sensor that is missing, clipped, frozen or not used, or a driver's fault, in more
-    /// than a twentieth of the samples; of the magnetometer, which may be slower, in all of them.
+    /// Faults of the last whole second: a sensor that is missing, clipped, frozen or not used, or a driver's fault, in
+    /// more than a twentieth of the samples; of the magnetometer, which may be slower, in all of them.
     pub sensors: AttitudeFlags,
     /// True if the flash still holds all that was stored; `None` without a usable storage.
     pub storage_holds: Option<bool>,

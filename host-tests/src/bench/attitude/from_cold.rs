@@ -19,8 +19,8 @@ const OF_A_PERCENT: f64 = 0.1;
 /// Draws of the error for each recording.
 const DRAWS: u64 = 2;
 /// Whose attitudes are scored: VQF's; this project's; the same flown again, from the start with the gyro model that the
-/// first flight ended with; the first flight up to its first update of P, and then the other; and each of its two filters
-/// without the other.
+/// first flight ended with; the first flight up to its first update of P, and then the other; and each of its two
+/// filters without the other.
 const ESTIMATES: [&str; 6] = [
     "VQF (vqf-rs 0.3)",
     "ours",

@@ -137,9 +137,9 @@ fn field(imported: &Imported, there: &[[f64; 3]]) -> Finding {
     Finding::wrong(told, fix).unless(is_far)
 }
 
-/// The finding on a field of a size that can be. The attitude takes a field within a tolerance of one reference, so that
-/// no reference suits readings that spread over more than twice that: those of a magnetometer whose offset is over a
-/// tenth of the field, or whose scales differ by a fifth.
+/// The finding on a field of a size that can be. The attitude takes a field within a tolerance of one reference, so
+/// that no reference suits readings that spread over more than twice that: those of a magnetometer whose offset is over
+/// a tenth of the field, or whose scales differ by a fifth.
 fn usable(told: String, least: f64, most: f64) -> Finding {
     let tolerance = f64::from(AttitudeConfig::default().mag_norm_tolerance);
     if most - least <= tolerance * (most + least) {

@@ -72,8 +72,9 @@ fn named(trace: &Trace, frame: EarthFrame, is_conjugate: bool) -> (&'static str,
     }
 }
 
-/// Angle from the reference's north, read in this frame, to that of the mean field, clockwise from above, degrees: 90 if
-/// x, here east, is north. A hard iron turns with the body and averages out. `None` without a field across the vertical.
+/// Angle from the reference's north, read in this frame, to that of the mean field, clockwise from above, degrees: 90
+/// if x, here east, is north. A hard iron turns with the body and averages out. `None` without a field across the
+/// vertical.
 fn north_deg(trace: &Trace, frame: EarthFrame, is_conjugate: bool) -> Option<f64> {
     let mut sum = Vector3::<f64>::zeros();
     for row in trace.rows() {

@@ -32,8 +32,8 @@ pub use seconds::seconds;
 
 /// A trace. Reference columns are for scoring only: the pipeline sees nothing but the samples.
 ///
-/// [`Trace::read`] holds it in memory, in the columns below. Of a long trace by [`Trace::spooled`] the columns are empty:
-/// its rows are in a temporary file, and come by [`Trace::rows`], as those in memory do.
+/// [`Trace::read`] holds it in memory, in the columns below. Of a long trace by [`Trace::spooled`] the columns are
+/// empty: its rows are in a temporary file, and come by [`Trace::rows`], as those in memory do.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// The file it was read from.

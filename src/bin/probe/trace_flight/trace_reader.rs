@@ -1,5 +1,5 @@
-//! The recorded trace, read a kilobyte at a time: a semihosting call costs far more than to decode the twenty samples in
-//! it.
+//! The recorded trace, read a kilobyte at a time: a semihosting call costs far more than to decode the twenty samples
+//! in it.
 
 use super::fault::Fault;
 use core::ffi::CStr;
