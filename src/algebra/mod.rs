@@ -18,3 +18,9 @@ pub use packed::Packed;
 pub(crate) use packed::PackedCholesky;
 pub(crate) use quantile::quantile;
 pub(crate) use whitening::Whitening;
+
+/// Returns true if all numbers are finite.
+#[inline(never)]
+pub(crate) fn are_finite(numbers: &[f32]) -> bool {
+    numbers.iter().all(|x| x.is_finite())
+}

@@ -132,8 +132,11 @@ impl<B: Board> Application<'_, B> {
         let answer = match judgement {
             Judgement::Ignore => return true,
             Judgement::Refuse(answer) => answer,
-            Judgement::CarryOut { sequence, command, authentic } => {
-                let outcome = match self.carry_out(now_us, &command, authentic) {
+            Judgement::CarryOut { sequence, command, bytes, authentic } => {
+                // Stored first: what is set and not stored would be gone after a reset, with nobody told.
+                let feed = &mut || self.board.feed_watchdog();
+                let kept = memory.as_mut().map_or(Ok(()), |memory| memory.keep_command(&command, bytes, feed));
+                let outcome = match kept.and_then(|()| self.carry_out(now_us, &command, authentic)) {
                     Ok(()) => Outcome::Accepted,
                     Err(refusal) => Outcome::Refused(refusal),
                 };
@@ -176,6 +179,9 @@ impl<B: Board> Application<'_, B> {
             Command::Erase { what: Erasure::Models } => {
                 let memory = memory.as_mut().ok_or(CommandRefusal::NothingThere)?;
                 memory.erase(probe.config(), &mut || board.feed_watchdog()).map_err(refusal)?;
+            }
+            Command::Erase { what: Erasure::Settings } => {
+                memory.as_mut().ok_or(CommandRefusal::NothingThere)?.forget_commands()?;
             }
             Command::RollBackModel { to: EarlierModel::Factory } => {
                 if let Some(memory) = memory {

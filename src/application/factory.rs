@@ -48,6 +48,12 @@ impl<B: Board> Application<'_, B> {
             // What the region holds is in use already: to use it again would start a flight anew for whoever sends it.
             return held;
         }
+        if let (FactoryRecord::Calibration(_) | FactoryRecord::Mounting(_), Some(memory)) =
+            (record, &mut self.statics.memory)
+        {
+            // What a command has set holds a calibration and a mounting, too, and after the next start it would be older.
+            memory.forget_commands()?;
+        }
         self.board.provision(record, false)?;
         // The record was checked before it was written.
         let bounds = |_: ConfigError| CommandRefusal::Malformed;

@@ -7,10 +7,10 @@ use crate::{
     identification::WindowReport,
     storage::{
         LearntProgress, Limits, ModelHistory, ModelStore, NotDrilling, Outcome, Preparation, Progress, StabilityGate,
-        StorageError, StoreReason, StoredModel, fingerprint,
+        StorageError, StoreReason, StoredCommand, StoredModel, fingerprint,
     },
     survey::VibrationDose,
-    telemetry::{CommandRefusal, CounterStore},
+    telemetry::{Command, CommandRefusal, CounterStore},
 };
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::NorFlash;
@@ -191,6 +191,62 @@ impl<F: NorFlash> Memory<F> {
         let (gyro, effects) = (probe.gyro_model(), probe.effects());
         let is_factory = *gyro == probe.config().gyro && effects.is_empty();
         (!is_factory).then(|| self.history.flying(gyro, effects))
+    }
+
+    /// Stores a command that sets what has to outlive the power, before it is carried out; others are not stored. It may
+    /// have to erase, and the tool stands still. A refused command is not to be carried out.
+    #[inline(never)]
+    pub(super) fn keep_command(
+        &mut self,
+        command: &Command,
+        bytes: &[u8],
+        feed: &mut dyn FnMut(),
+    ) -> Result<(), CommandRefusal> {
+        let stored = match command {
+            Command::Configure(_) => StoredCommand::Configure,
+            Command::ConfigureSurvey(_) => StoredCommand::ConfigureSurvey,
+            _ => return Ok(()),
+        };
+        let mut kept = self.store.store_command(stored, bytes);
+        if matches!(kept, Err(StorageError::Full)) {
+            self.prepare(NotDrilling::Command, feed).map_err(refusal)?;
+            kept = self.store.store_command(stored, bytes);
+        }
+        kept.map_err(refusal)
+    }
+
+    /// Ends what commands have set: the next start is with the factory's configuration.
+    #[inline(never)]
+    pub(super) fn forget_commands(&mut self) -> Result<(), CommandRefusal> {
+        for command in [StoredCommand::Configure, StoredCommand::ConfigureSurvey] {
+            if self.store.read_command(command).is_some() {
+                self.store.store_command(command, &[]).map_err(refusal)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts what commands have set into a configuration, and takes the models for it.
+    #[inline(never)]
+    pub(super) fn apply_commands(&mut self, config: &mut Config) {
+        let (mut newest, mut is_set) = (0, false);
+        for command in [StoredCommand::Configure, StoredCommand::ConfigureSurvey] {
+            let Some((number, bytes)) = self.store.read_command(command).filter(|(number, _)| *number > newest) else {
+                continue;
+            };
+            newest = number;
+            // Checked as when it came, for the program may have other bounds than the one that stored it.
+            match Command::of_bytes(bytes).filter(|command| command.check(0).is_ok()) {
+                Some(Command::Configure(stored)) => *config = stored,
+                Some(Command::ConfigureSurvey(survey)) => config.survey = survey,
+                _ => continue,
+            }
+            is_set = true;
+        }
+        if is_set {
+            self.configured(config);
+            info!("what commands have set holds");
+        }
     }
 
     /// Returns the tool's vibration dose when the power went, or up to half an hour before; `None` if none was

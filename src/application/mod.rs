@@ -138,13 +138,17 @@ pub struct Application<'a, B: Board> {
 }
 
 impl<'a, B: Board> Application<'a, B> {
-    /// Starts from a configuration.
+    /// Starts from a configuration, or from what commands have set since.
     ///
     /// # Errors
     /// The field that cannot be used.
     pub fn start(board: B, mut statics: Statics<'a, B::Flash>, settings: &Settings) -> Result<Self, ConfigError> {
         let Settings { config, stream, recording, key } = settings;
-        statics.probe.configure(config)?;
+        let mut config = *config;
+        if let Some(memory) = &mut statics.memory {
+            memory.apply_commands(&mut config);
+        }
+        statics.probe.configure(&config)?;
         statics.surveyor.configure(&config.earth, &config.survey)?;
         statics.line.configure(stream)?;
         if let Some(dose) = statics.memory.as_mut().and_then(|memory| memory.dose()) {

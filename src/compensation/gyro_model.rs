@@ -1,6 +1,6 @@
 //! Gyro model: P and b, the twelve parameters that are identified (paper, eq 1 to 4).
 
-use crate::sample::BEYOND_ANY_GYRO_RAD_S;
+use crate::{algebra::are_finite, sample::BEYOND_ANY_GYRO_RAD_S};
 use nalgebra::{Matrix3, Vector3};
 
 /// One number for each parameter of a gyro model: P row by row, dimensionless, then b, rad/s.
@@ -43,7 +43,7 @@ impl GyroModel {
     /// square an f32 does not hold: elements of P and of P b below 1,000.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let finite = self.p.iter().flatten().chain(&self.b_rad_s).all(|x| x.is_finite());
+        let finite = are_finite(self.p.as_flattened()) && are_finite(&self.b_rad_s);
         let determinant = self.p_matrix().determinant();
         let of_none = self.compensate([0.0; 3]);
         let mut bounded = self.p.iter().flatten().chain(of_none.iter());

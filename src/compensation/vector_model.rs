@@ -1,5 +1,6 @@
 //! Calibration of a vector sensor, from the factory or `cargo mwd calibrate`.
 
+use crate::algebra::are_finite;
 use nalgebra::{Matrix3, Vector3};
 
 /// Calibration of a vector sensor (accelerometer or magnetometer): `v = M (v_raw - offset)`.
@@ -30,7 +31,7 @@ impl VectorModel {
     /// Returns true if every parameter is finite and M has a positive determinant.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        let finite = self.matrix.iter().flatten().chain(&self.offset).all(|x| x.is_finite());
+        let finite = are_finite(self.matrix.as_flattened()) && are_finite(&self.offset);
         let determinant = self.matrix().determinant();
         finite && determinant.is_finite() && determinant > 0.0
     }

@@ -34,6 +34,7 @@ impl<T: Real> Globals<T> {
     }
 
     /// Returns true if every number is finite and every global has some information.
+    #[inline(never)]
     pub fn is_root(&self) -> bool {
         let mut numbers = self.x.iter().chain(self.root.as_flattened());
         let mut diagonal = self.root.iter().enumerate().filter_map(|(i, row)| row.get(i));

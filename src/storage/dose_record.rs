@@ -3,8 +3,7 @@
 use super::{
     ModelStore, StorageError,
     little_endian::{Reader, Writer},
-    record::{Kind, encode},
-    room,
+    record::Kind,
     sector_size::granules_of,
 };
 use crate::survey::VibrationDose;
@@ -31,8 +30,13 @@ fn decode(payload: &[u8]) -> Option<VibrationDose> {
         shocks: reader.u32()?,
         shocks_over: [reader.u32()?, reader.u32()?, reader.u32()?],
     };
-    let times = [&dose.axial_s, &dose.lateral_s, &dose.stick_slip_s];
-    times.into_iter().flatten().all(|time| time.is_finite() && *time >= 0.0).then_some(dose)
+    let times: [&[f32]; 3] = [&dose.axial_s, &dose.lateral_s, &dose.stick_slip_s];
+    times.into_iter().all(are_times).then_some(dose)
+}
+
+#[inline(never)]
+fn are_times(times: &[f32]) -> bool {
+    times.iter().all(|time| time.is_finite() && *time >= 0.0)
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
@@ -41,37 +45,14 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     ///
     /// # Errors
     /// `Busy`: another record is being written. `Full`: the room left is reserved for models. Nothing is written.
-    #[inline(never)]
     pub fn begin_dose(&mut self, dose: &VibrationDose) -> Result<(), StorageError<F::Error>> {
-        if self.is_writing() {
-            return Err(StorageError::Busy);
-        }
-        let number = self.index.last_number.saturating_add(1);
-        let encoded = encode(&mut self.buffer, Kind::DOSE, VERSION, number, |writer| lay_out(writer, dose));
-        let granules = encoded.ok_or(StorageError::Full)?;
-        let place =
-            room::take::<F>(&mut self.sectors, granules, 1, granules_of::<F>() / 2).ok_or(StorageError::Full)?;
-        self.index.last_number = number;
-        // Parts of the estimator's state that wait for their model have an earlier number: they are given up.
-        self.learnt_number = None;
-        self.begin_writing(Kind::DOSE, number, place, granules);
-        Ok(())
+        self.begin_newest(Kind::DOSE, VERSION, granules_of::<F>() / 2, &|writer| lay_out(writer, dose))
     }
 
     /// Returns the newest dose; `None` if none was stored.
     #[inline(never)]
     pub fn read_dose(&mut self) -> Option<VibrationDose> {
-        loop {
-            let (_, place) = self.index.dose?;
-            if let Some(header) = self.read_record(place) {
-                return header.payload(&self.buffer).filter(|_| header.version == VERSION).and_then(decode);
-            }
-            // The dose before counts again; each dose is dropped at most once.
-            let before = self.index.dose;
-            self.forget_rotten(place);
-            if self.index.dose == before {
-                return None;
-            }
-        }
+        let header = self.read_newest(Kind::DOSE)?;
+        header.payload(&self.buffer).filter(|_| header.version == VERSION).and_then(decode)
     }
 }

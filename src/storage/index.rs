@@ -1,11 +1,13 @@
-//! Index of the records that count: the newest model of each temperature, the counter, the retirements, and the dose.
+//! Index of the records that count: the newest model of each temperature, the counter, the retirements, the dose, and what
+//! commands have set.
 //! Models of another configuration count, too: they do not fly, but they are not lost.
 //! It is built by reading every record once; the order does not matter.
 
 use super::{
-    Implausible, Limits, StoredModel,
+    Implausible, Limits, StoredModel, command_record,
     granules::Place,
     little_endian::Reader,
+    newest_records::Newest,
     record::{Header, Kind},
     single_values::Rising,
     stored_model,
@@ -49,15 +51,16 @@ pub struct ScanCounts {
     pub retired: u32,
 }
 
-/// Records that count: the newest model of each temperature, the counter, the retirements, and the newest dose.
+/// Records that count: the newest model of each temperature, the counter, the retirements, and the newest of other
+/// records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Index {
     pub kept: [Option<Slot>; KEPT],
     pub counter: Rising,
     /// Models up to this number are retired.
     pub retired: Rising,
-    /// Number and place of the newest dose.
-    pub dose: Option<(u32, Place)>,
+    /// Records of which only the newest of its kind counts.
+    pub newest: Newest,
     pub last_number: u32,
     /// Record that was noted last, and the granule behind it.
     pub last: Option<(Place, u16)>,
@@ -94,7 +97,7 @@ impl Index {
             retired: 0,
         };
         let (counter, retired) = (Rising::NONE, Rising::NONE);
-        Self { kept: [None; KEPT], counter, retired, dose: None, last_number: 0, last: None, counts }
+        Self { kept: [None; KEPT], counter, retired, newest: Newest::NONE, last_number: 0, last: None, counts }
     }
 
     /// Notes a whole record. The order of the records does not matter.
@@ -105,7 +108,11 @@ impl Index {
         if header.number > self.last_number {
             self.last_number = header.number;
         }
-        let latest = if header.kind == Kind::MODEL { stored_model::VERSION } else { 1 };
+        let latest = match header.kind {
+            Kind::MODEL => stored_model::VERSION,
+            Kind::CONFIGURE | Kind::CONFIGURE_SURVEY => command_record::VERSION,
+            _ => 1,
+        };
         if !(1..=latest).contains(&header.version) {
             counts.from_the_future = counts.from_the_future.saturating_add(1);
             return;
@@ -129,14 +136,9 @@ impl Index {
                 Some(value) => self.retired.note(value, place.sector),
                 None => counts.malformed = counts.malformed.saturating_add(1),
             },
-            // The last of equal numbers is a later copy.
-            Kind::DOSE => {
-                if self.dose.is_none_or(|(number, _)| number <= header.number) {
-                    self.dose = Some((header.number, place));
-                }
-            }
             // Parts are looked up when their model is chosen.
             Kind::LEARNT => {}
+            kind if self.newest.note(kind, header.number, place) => {}
             _ => counts.malformed = counts.malformed.saturating_add(1),
         }
     }
@@ -175,7 +177,7 @@ impl Index {
         other.kept.iter().flatten().all(held)
             && self.counter.says_the_same_as(&other.counter)
             && self.retired.says_the_same_as(&other.retired)
-            && self.dose.map(|(number, _)| number) == other.dose.map(|(number, _)| number)
+            && self.newest.are_those_of(&other.newest)
     }
 
     /// Returns the models that may fly.

@@ -12,7 +12,7 @@
 //!               no Probe::poll while holds_filter(); StabilityGate::stored when a model is whole
 //! each window   ModelHistory::window                 for the commands alone
 //!               Probe::model_worth_storing -> begin_learnt, step_learnt until it is whole, begin_model
-//! commands      store_counter before the action; ModelHistory -> store_model; retire_models
+//! commands      store_counter before the action; ModelHistory -> store_model; retire_models; store_command
 //!               prepare(NotDrilling::Command)
 //! ```
 //!
@@ -30,6 +30,7 @@
 //! | a model, 5 to 19 steps | 0.6 to 2.4 ms | 4 to 15 ms | spread over as many samples |
 //! | what the filter has learnt, 98 steps | 13 ms | 79 ms | before a model, with the filter's work put off meanwhile |
 //! | [`ModelStore::store_counter`], 16 words | 0.26 ms | 1.6 ms | before a command is done |
+//! | [`ModelStore::store_command`], up to 160 words | 2.6 ms | 16 ms | before a command is done, at rest |
 //! | erasing 16 KiB | 250 ms | 500 ms | not while drilling, one in each call of [`ModelStore::prepare`] |
 //! | copying what counts before that, up to 2,000 words | 32 ms | 0.2 s | in the same call |
 //! | erasing 128 KiB | 1 s | 2 s | never |
@@ -66,6 +67,7 @@
 //! alone while drilling, so that there is always room to copy to; when the room ends before that, a model is refused
 //! and counted.
 
+mod command_record;
 mod dose_record;
 mod error;
 mod factory;
@@ -77,6 +79,7 @@ mod learnt_parts;
 mod little_endian;
 mod model_history;
 mod model_store;
+mod newest_records;
 mod plausibility;
 #[cfg(feature = "async-storage")]
 mod polled_flash;
@@ -93,6 +96,7 @@ mod stability;
 mod stored_model;
 mod writing_learnt;
 
+pub use command_record::StoredCommand;
 pub use error::StorageError;
 pub use factory::{FactoryCalibration, FactoryKey, FactoryRecord, FactoryRecords, KEY_BYTES, Mounting, can_be_key};
 #[cfg(feature = "image-slots")]

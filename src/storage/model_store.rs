@@ -16,7 +16,7 @@ use super::{
 use embedded_storage::nor_flash::NorFlash;
 
 /// Granules at the end of the room that models leave free for counters: two for each of sixteen commands.
-const FOR_COUNTERS: u16 = 32;
+pub(super) const FOR_COUNTERS: u16 = 32;
 
 /// Accepted models and the command counter, in a ring of equal sectors.
 ///
@@ -41,7 +41,7 @@ pub struct ModelStore<F, const SECTORS: usize = 3> {
     pub(super) counts: StoreCounts,
 }
 
-/// Model or dose on its way into the flash.
+/// Model, dose or command on its way into the flash.
 #[derive(Clone, Copy)]
 struct Writing {
     kind: Kind,
@@ -83,6 +83,8 @@ pub enum Progress {
     },
     /// The dose is stored, and was read back.
     DoseStored,
+    /// A command is stored, and was read back.
+    CommandStored,
 }
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
@@ -233,7 +235,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.writing = Some(Writing { kind, temperature_c: None, number, record });
     }
 
-    /// Programs the next 32 bytes of the model or dose that is being written; after the last of them reads it back.
+    /// Programs the next 32 bytes of the model, dose or command that is being written; after the last of them reads it back.
     ///
     /// # Errors
     /// The flash failed or does not hold what was written (counted): it is not stored and can be begun again.
@@ -244,9 +246,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
             self.writing = Some(writing);
             return Ok(Progress::More);
         }
-        if writing.kind == Kind::DOSE {
-            self.index.dose = Some((writing.number, writing.record.place));
-            return Ok(Progress::DoseStored);
+        if self.index.newest.note(writing.kind, writing.number, writing.record.place) {
+            return Ok(if writing.kind == Kind::DOSE { Progress::DoseStored } else { Progress::CommandStored });
         }
         self.index.keep(writing.number, writing.record.place, writing.temperature_c, true);
         self.counts.stored = self.counts.stored.saturating_add(1);
@@ -350,7 +351,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Err(error)
     }
 
-    /// Returns true if a model, a dose or the filter's state is being written.
+    /// Returns true if a model, a dose, a command or the filter's state is being written.
     #[must_use]
     pub const fn is_writing(&self) -> bool {
         self.writing.is_some() || self.writing_learnt.is_some()

@@ -110,7 +110,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         }
         // A record that turns out to have rotted brings the one before it back into the index, which is then copied.
         for _ in 0..2 * KEPT {
-            if self.copy_models(from)? && self.copy_dose(from)? {
+            if self.copy_models(from)? && self.copy_newest(from)? {
                 break;
             }
         }
@@ -135,20 +135,6 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 *kept = Some(Slot { place, ..slot });
             }
         }
-        Ok(true)
-    }
-
-    /// Copies the dose in the same way as the models. Returns false if it has rotted.
-    fn copy_dose(&mut self, from: u8) -> Result<bool, StorageError<F::Error>> {
-        let last_found = self.last_found;
-        let goes = |place: &Place| place.sector == from || Some(*place) == last_found;
-        let Some((number, place)) = self.index.dose.filter(|(_, place)| goes(place)) else { return Ok(true) };
-        let Some(copy) = self.copy(place)? else {
-            self.forget_rotten(place);
-            return Ok(false);
-        };
-        self.last_found = self.last_found.filter(|last| *last != place);
-        self.index.dose = Some((number, copy));
         Ok(true)
     }
 
@@ -228,7 +214,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
                 self.counts.abandoned = self.counts.abandoned.saturating_add(1);
             }
         }
-        self.index.dose.take_if(|(_, place)| place.sector == number);
+        self.index.newest.abandon(number);
         self.rewrite_singles(Some(number))
     }
 }

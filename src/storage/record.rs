@@ -39,6 +39,10 @@ impl Kind {
     pub const MOUNTING: Self = Self(8);
     /// Dose of vibration and shocks so far.
     pub const DOSE: Self = Self(9);
+    /// Command that configures the pipeline and the surveys.
+    pub const CONFIGURE: Self = Self(13);
+    /// Command that configures the surveys alone.
+    pub const CONFIGURE_SURVEY: Self = Self(14);
     /// Image of the program.
     #[cfg(feature = "image-slots")]
     pub const IMAGE: Self = Self(10);

@@ -125,7 +125,7 @@ pub enum Request {
     /// Send vibration dose and the raw samples of the worst second: monitor shows them. Needs --key
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key send-vibration")]
     SendVibration,
-    /// Erase stored models. Needs --key
+    /// Erase stored models, or end what commands have set. Needs --key
     #[command(after_help = "Examples:\n  cargo mwd command /dev/ttyUSB0 --baud 921600 --key probe.key erase models")]
     Erase {
         /// Records to erase
@@ -147,6 +147,8 @@ pub enum Earlier {
 pub enum What {
     /// All stored models
     Models,
+    /// What configure and configure-survey have set, from the next start on
+    Settings,
 }
 
 impl Request {
@@ -173,6 +175,7 @@ impl Request {
             Self::RollBack { to: Earlier::Factory } => Command::RollBackModel { to: EarlierModel::Factory },
             Self::SendVibration => Command::SendVibration,
             Self::Erase { what: What::Models } => Command::Erase { what: Erasure::Models },
+            Self::Erase { what: What::Settings } => Command::Erase { what: Erasure::Settings },
         })
     }
 }

@@ -43,7 +43,7 @@ pub struct Desk {
     pub reads: Box<dyn FnMut(Sample) -> Sample>,
     /// Length of a window of drilling dynamics, seconds.
     pub dynamics_s: f32,
-    /// Flash for stored models and the counter of commands.
+    /// Flash for what has to outlive the power.
     pub flash: Option<MockFlash>,
     /// Receiver of another program.
     pub update: Option<Updater<Images>>,
@@ -81,6 +81,8 @@ pub struct Seen {
     pub acquired: u32,
     pub lost: u32,
     pub processed: u32,
+    /// The flash at the end.
+    pub flash: Option<MockFlash>,
 }
 
 struct Machine<'q> {
@@ -113,7 +115,8 @@ pub fn fly(mut desk: Desk, seconds: u64) -> Seen {
     let mut queue = SampleQueue::new();
     let (producer, waiting) = queue.split();
     let mut place = MaybeUninit::uninit();
-    let memory = desk.flash.take().and_then(|flash| Memory::start(&mut place, flash, &settings.config, || ()).ok());
+    let mut flash = desk.flash.take();
+    let memory = flash.as_mut().and_then(|flash| Memory::start(&mut place, flash, &settings.config, || ()).ok());
     let machine = Machine {
         desk,
         now_us: 0,
@@ -144,8 +147,8 @@ pub fn fly(mut desk: Desk, seconds: u64) -> Seen {
         application.turn();
     }
     let processed = application.counts().processed;
-    let machine = application.board();
-    Seen { acquired: counts.acquired(), lost: counts.queue_full(), processed, ..core::mem::take(&mut machine.seen) }
+    let seen = core::mem::take(&mut application.board().seen);
+    Seen { acquired: counts.acquired(), lost: counts.queue_full(), processed, flash, ..seen }
 }
 
 impl Machine<'_> {
@@ -179,8 +182,8 @@ impl Machine<'_> {
     }
 }
 
-impl Board for Machine<'_> {
-    type Flash = MockFlash;
+impl<'q> Board for Machine<'q> {
+    type Flash = &'q mut MockFlash;
 
     fn now_us(&self) -> u64 {
         self.now_us

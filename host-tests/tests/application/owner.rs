@@ -1,17 +1,19 @@
 //! Commands of an owner to a probe that drills, that is flooded, or that drills for a day.
 
-use super::desk_board::{Desk, Images, KEY, PROBE, fly};
+use super::desk_board::{Desk, Images, KEY, PROBE, Seen, fly};
 use meerkat_mwd::{
     Config, Sample,
     application::Updater,
     config::SurveyConfig,
     storage::{FactoryRecord, ImageSlots, Mounting, Slot},
     telemetry::{
-        Command, CommandRefusal, ImagePart, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome, authenticate,
-        encode_frame, encode_payload,
+        Command, CommandRefusal, EarlierModel, Erasure, ImagePart, Key, Kind, MAX_FRAME, MAX_PAYLOAD, Message, Outcome,
+        authenticate, encode_frame, encode_payload,
     },
 };
 use mock_flash::MockFlash;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// A command with the key; its sequence number is its counter.
 fn signed(counter: u16, command: &Command) -> Vec<u8> {
@@ -144,6 +146,73 @@ fn a_boot_has_the_surveys_settings_in_use() {
         _ => None,
     });
     assert_eq!(boots.collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+}
+
+/// Without a line downwards nobody sends settings again in the hole: what commands have set holds after every start, until
+/// another command, or the factory, sets something else. A mounting that the factory writes is not kept on this desk.
+#[test]
+fn what_commands_have_set_holds_after_a_start() {
+    let mut dice = Xoshiro128PlusPlus::seed_from_u64(20);
+    let mut drawn = |most: f32| most * (dice.next_u32() as f32 / u32::MAX as f32);
+    let survey = |toolface_offset_rad| SurveyConfig {
+        settle_s: 1.0,
+        average_s: 1.0,
+        toolface_offset_rad,
+        ..SurveyConfig::default()
+    };
+    let mut config = || {
+        let mut config = Config { seed: drawn(1e6) as u64, survey: survey(drawn(3.0)), ..Config::default() };
+        config.earth.dip_rad = Some(drawn(1.5));
+        config.earth.declination_rad = Some(drawn(0.5));
+        config.gyro.b_rad_s = [drawn(0.03), -drawn(0.03), drawn(0.03)];
+        config
+    };
+    let [first, second, third] = [config(), config(), config()];
+    let mounting = FactoryRecord::Mounting(Mounting { toolface_offset_rad: 1.0 });
+    let mounting = Command::Provision { record: mounting, only_check: false };
+    let other = survey(-0.5);
+    let factory = fly(Desk::default(), 2);
+    let factory = boots(&factory).next().unwrap();
+    // The commands of a power-up, and the configuration of the next one.
+    let power_ups = [
+        (vec![Command::Configure(first)], first),
+        (vec![Command::ConfigureSurvey(other)], Config { survey: other, ..first }),
+        (vec![Command::RollBackModel { to: EarlierModel::Factory }], Config { survey: other, ..first }),
+        (vec![Command::ConfigureSurvey(third.survey), Command::Configure(second)], second),
+        (vec![Command::Erase { what: Erasure::Models }], second),
+        (vec![Command::Erase { what: Erasure::Settings }], factory),
+        (vec![Command::ConfigureSurvey(other)], Config { survey: other, ..factory }),
+        (vec![Command::Configure(third)], third),
+        (vec![mounting], factory),
+        (vec![], factory),
+    ];
+    let (mut flash, mut counter, mut before) = (MockFlash::new(3, 2), 0, factory);
+    for (number, (commands, after)) in power_ups.into_iter().enumerate() {
+        let frames = (5..).step_by(3).zip(&commands).map(|(s, command)| {
+            counter += 1;
+            (s * 1_000_000, signed(counter, command))
+        });
+        let line = line_of(frames.collect());
+        let seen = fly(Desk { line, flash: Some(flash), ..Desk::default() }, 12);
+        assert_eq!(boots(&seen).next(), Some(before), "{number}");
+        for of in counter + 1 - commands.len() as u16..=counter {
+            assert_eq!(
+                answer(&seen.messages, of).map(|(_, outcome)| outcome),
+                Some(Outcome::Accepted),
+                "{number}: {of}"
+            );
+        }
+        (flash, before) = (seen.flash.unwrap(), after);
+        flash.power_up();
+    }
+}
+
+/// Configurations that the probe says it flies.
+fn boots(seen: &Seen) -> impl Iterator<Item = Config> {
+    seen.messages.iter().filter_map(|(_, message)| match message {
+        Message::Boot(boot) => Some(boot.config),
+        _ => None,
+    })
 }
 
 /// More reports of the vibration dose than a byte counts, on a probe without a flash to keep them in.

@@ -4,6 +4,7 @@
 
 #[path = "../rig/mod.rs"]
 mod rig;
+mod commands;
 mod continued;
 mod dose;
 mod factory;

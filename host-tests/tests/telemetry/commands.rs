@@ -110,7 +110,7 @@ fn judge(
 ) -> Result<Command, CommandRefusal> {
     let frame = Frame { kind: kind.number(), sequence: 9, payload };
     match gate.judge(&frame, Situation { now_us: later_us(), ..situation }, store) {
-        Judgement::CarryOut { sequence: 9, command, authentic } => {
+        Judgement::CarryOut { sequence: 9, command, authentic, .. } => {
             assert_eq!(authentic, kind == Kind::AuthenticatedCommand);
             Ok(command)
         }

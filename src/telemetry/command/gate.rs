@@ -35,13 +35,15 @@ pub struct Situation {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[expect(clippy::large_enum_variant, reason = "nothing here can be boxed, and it lives only until it is looked at")]
-pub enum Judgement {
+pub enum Judgement<'a> {
     /// The owner carries the command out, and then acknowledges it under this sequence number.
     CarryOut {
         /// Sequence number of its frame.
         sequence: u16,
         /// The command.
         command: Command,
+        /// The command as it came, to be stored.
+        bytes: &'a [u8],
         /// True if the sender has the key.
         authentic: bool,
     },
@@ -69,12 +71,6 @@ pub struct CommandGate {
     reports: Allowance,
     /// Answers to parts of an image that are no progress: of their own, so that no other frame uses them up.
     parts: Allowance,
-}
-
-/// Command that passed.
-struct Passed {
-    command: Command,
-    authentic: bool,
 }
 
 impl CommandGate {
@@ -109,7 +105,12 @@ impl CommandGate {
     ///
     /// All hosts without the key together get a few answers a second, so that none can keep the probe's results from
     /// the line, or lock out a host with the key.
-    pub fn judge<S: CounterStore>(&mut self, frame: &Frame<'_>, situation: Situation, store: &mut S) -> Judgement {
+    pub fn judge<'a, S: CounterStore>(
+        &mut self,
+        frame: &Frame<'a>,
+        situation: Situation,
+        store: &mut S,
+    ) -> Judgement<'a> {
         let bytes = match Kind::of_number(frame.kind) {
             Some(Kind::Command) => Ok((frame.payload, false)),
             Some(Kind::AuthenticatedCommand) => self.authentic(frame.payload, store).map(|bytes| (bytes, true)),
@@ -120,10 +121,11 @@ impl CommandGate {
             self.counters.refused = self.counters.refused.saturating_add(1);
             return Judgement::Ignore;
         }
-        match bytes.and_then(|(bytes, authentic)| self.passed(bytes, authentic, situation)) {
-            Ok(Passed { command, authentic }) => {
+        let passed = |(bytes, authentic)| Ok((self.passed(bytes, authentic, situation)?, bytes, authentic));
+        match bytes.and_then(passed) {
+            Ok((command, bytes, authentic)) => {
                 self.counters.accepted = self.counters.accepted.saturating_add(1);
-                Judgement::CarryOut { sequence: frame.sequence, command, authentic }
+                Judgement::CarryOut { sequence: frame.sequence, command, bytes, authentic }
             }
             Err(refusal) => {
                 self.counters.refused = self.counters.refused.saturating_add(1);
@@ -132,10 +134,8 @@ impl CommandGate {
         }
     }
 
-    fn passed(&mut self, bytes: &[u8], authentic: bool, situation: Situation) -> Result<Passed, CommandRefusal> {
-        let Ok((command, [])) = postcard::take_from_bytes::<Command>(bytes) else {
-            return Err(CommandRefusal::Malformed);
-        };
+    fn passed(&mut self, bytes: &[u8], authentic: bool, situation: Situation) -> Result<Command, CommandRefusal> {
+        let command = Command::of_bytes(bytes).ok_or(CommandRefusal::Malformed)?;
         if command.needs_the_key() && !authentic {
             let no_key = self.key.is_none();
             return Err(if no_key { CommandRefusal::NoKey } else { CommandRefusal::NotAuthenticated });
@@ -147,7 +147,7 @@ impl CommandGate {
         if !authentic && command.asks_for_a_report() && !self.reports.take(&REPORTS, situation.now_us) {
             return Err(CommandRefusal::Busy);
         }
-        Ok(Passed { command, authentic })
+        Ok(command)
     }
 
     /// Returns the command's bytes once their authenticity is shown and their counter used up.

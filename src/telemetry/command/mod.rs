@@ -60,10 +60,11 @@ pub enum Command {
         /// Validity of the request, seconds, 1 to 3,600.
         within_s: u16,
     },
-    /// Start afresh with another configuration. Changes calibration.
+    /// Start afresh with another configuration, now and after every start, until the factory writes another
+    /// calibration or mounting. Changes calibration.
     Configure(Config),
-    /// Set how surveys are taken and judged, until the next [`Command::Configure`]. It changes calibration, because a
-    /// toolface offset is part of it.
+    /// Set how surveys are taken and judged, until the next [`Command::Configure`], after every start, too. It changes
+    /// calibration, because a toolface offset is part of it.
     ConfigureSurvey(SurveyConfig),
     /// Store the fit of a window, and fly it even where it was refused: an operator has checked it. It flies after the
     /// next start, too. Of an accepted window the flown model is stored without waiting for it to prove stable. Only
@@ -81,9 +82,9 @@ pub enum Command {
         /// Earlier model.
         to: EarlierModel,
     },
-    /// Erase stored models; the flown one goes on. Changes calibration.
+    /// Erase stored models, and the flown one goes on; or end what commands have set. Changes calibration.
     Erase {
-        /// Models to erase.
+        /// What to erase.
         what: Erasure,
     },
     /// Write one of the factory's records, once, and fly with it; writing the same record again succeeds and changes
@@ -131,16 +132,29 @@ pub enum EarlierModel {
     Factory,
 }
 
-/// Models to erase. The factory's calibration is never erased.
+/// What to erase. The factory's calibration is never erased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Erasure {
     /// All accepted models.
     Models,
+    /// What [`Command::Configure`] and [`Command::ConfigureSurvey`] have set: the next start is with the factory's
+    /// configuration. Until then nothing changes, and nothing is erased.
+    Settings,
 }
 
 impl Command {
+    /// Returns the command that these bytes are; `None` for bytes that are none.
+    #[inline(never)]
+    #[must_use]
+    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        match postcard::take_from_bytes(bytes) {
+            Ok((command, [])) => Some(command),
+            _ => None,
+        }
+    }
+
     /// Returns true if the command changes the calibration of attitude: it then needs authentication, and the tool
     /// must not be drilling.
     #[must_use]

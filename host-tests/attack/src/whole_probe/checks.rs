@@ -41,6 +41,17 @@ pub fn heard(machine: &mut Machine<'_, '_>, message: &Message) {
     }
 }
 
+/// A start of the program, before the first sample.
+pub fn configured(application: &mut Application<'_, Machine<'_, '_>>) {
+    let config = *application.statics().probe.config();
+    let machine = application.board();
+    if machine.chip.is_dead() {
+        return;
+    }
+    let is_set = machine.day.host.has_set(&config);
+    note(machine, Violation::SettingsLost, is_set, || format!("seed {}", config.seed));
+}
+
 fn note(machine: &mut Machine<'_, '_>, what: Violation, holds: bool, words: impl FnOnce() -> String) {
     let tally = &mut machine.day.tally;
     tally.now_us = machine.chip.now_us.get();

@@ -22,6 +22,9 @@ const FALSE_KEY: [u8; 32] = *b"a key that somebody else drew up";
 /// Time of a byte on the line, microseconds.
 const BYTE_US: u64 = 87;
 
+/// Seed of the search in the configuration that the owner's first command may send, above the factory's.
+const OWNERS_SEED: u64 = 1_000;
+
 /// Who sent a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sender {
@@ -56,6 +59,10 @@ pub struct Host {
     pub outgoing: VecDeque<(u64, u8, Option<usize>)>,
     /// End of the last window that the probe reported.
     pub window_end_us: u64,
+    /// The command, by its place, that set what is known to be in force; `None`: the factory's.
+    set_by: Option<usize>,
+    /// True if the flash was damaged since: an earlier command, or the factory's, may be in force again.
+    spoilt: bool,
 }
 
 impl Host {
@@ -72,6 +79,8 @@ impl Host {
             highest: counter,
             outgoing: VecDeque::new(),
             window_end_us: 0,
+            set_by: None,
+            spoilt: false,
         }
     }
 
@@ -121,8 +130,10 @@ impl Host {
     /// Something that an owner may want.
     fn wish(&mut self) -> Command {
         match self.random.between(0.0, 10.0) as usize {
-            0 | 1 => Command::Erase { what: Erasure::Models },
-            2 => Command::Configure(self.config),
+            0 => Command::Erase { what: Erasure::Models },
+            1 => Command::Erase { what: Erasure::Settings },
+            // Its place tells which it is.
+            2 => Command::Configure(Config { seed: OWNERS_SEED + self.sent.len() as u64, ..self.config }),
             3 => Command::ConfigureSurvey(self.config.survey),
             4 => Command::ConfigureStream(self.stream),
             5 | 6 => Command::AcceptModel { window_end_us: self.window_end_us },
@@ -197,6 +208,36 @@ impl Host {
         }
     }
 
+    /// The flash was damaged.
+    pub const fn flash_is_spoilt(&mut self) {
+        self.spoilt = true;
+    }
+
+    /// Returns true if a configuration that flies is what the owner has set last. Later commands may have been carried
+    /// out without an answer that was heard.
+    pub fn has_set(&mut self, config: &Config) -> bool {
+        let is_set_by = |host: &Self, place: Option<usize>| match place.map(|place| &host.sent[place]) {
+            None => config.seed == host.config.seed,
+            Some(Sent { sender: Sender::Owner { .. }, command: Command::Configure(sent), .. }) => {
+                config.seed == sent.seed
+            }
+            Some(Sent { sender: Sender::Owner { .. }, command, .. }) => {
+                sets(command) && config.seed == host.config.seed
+            }
+            Some(_) => false,
+        };
+        let from = self.set_by.filter(|_| !self.spoilt).map_or(0, |place| place + 1);
+        let known = self.set_by.filter(|_| !self.spoilt);
+        if is_set_by(self, known) {
+            return true;
+        }
+        let later = (from..self.sent.len()).find(|place| is_set_by(self, Some(*place)));
+        if later.is_some() {
+            self.set_by = later;
+        }
+        later.is_some()
+    }
+
     /// A byte arrives from the probe.
     pub fn hear(&mut self, byte: u8) -> Option<Message> {
         let frame = self.decoder.push(byte)?;
@@ -205,7 +246,8 @@ impl Host {
 
     /// Judges an answer.
     pub fn answered(&mut self, answer: &Acknowledgement, tally: &mut Tally) {
-        let Some(sent) = self.place_of(answer.sequence).and_then(|place| self.sent.get_mut(place)) else { return };
+        let place = self.place_of(answer.sequence);
+        let Some(sent) = place.and_then(|place| self.sent.get_mut(place)) else { return };
         let accepted = answer.outcome == Outcome::Accepted;
         match (sent.sender, &answer.outcome) {
             (Sender::Forger, Outcome::Accepted) => tally.violated(Violation::Forged, || format!("{:?}", sent.command)),
@@ -218,6 +260,9 @@ impl Host {
                 }
                 sent.accepted = true;
                 self.highest = self.highest.max(counter);
+                if sets(&sent.command) {
+                    (self.set_by, self.spoilt) = (place, false);
+                }
             }
             (_, Outcome::Refused(CommandRefusal::Replayed { latest } | CommandRefusal::CounterTooFar { latest })) => {
                 tally.checked(Violation::CounterFell);
@@ -238,6 +283,11 @@ impl Host {
             }
         }
     }
+}
+
+/// Returns true if a command sets what holds after a start.
+const fn sets(command: &Command) -> bool {
+    matches!(command, Command::Configure(_) | Command::Erase { what: Erasure::Settings })
 }
 
 #[cfg(test)]

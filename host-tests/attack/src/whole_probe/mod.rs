@@ -233,6 +233,7 @@ fn power_up(
         memory,
     };
     let mut application = Application::start(machine, statics, settings)?;
+    checks::configured(&mut application);
     chip.call_from_here();
     let death = live(&mut application, before, length_us);
     let results_lost = application.statics().line.results_lost();
@@ -324,6 +325,7 @@ fn without_power(chip: &Chip, day: &mut Day) {
         None
     };
     if let Some(trouble) = trouble {
+        day.host.flash_is_spoilt();
         day.tally.troubles[trouble.kind()] += 1;
     }
 }

@@ -26,6 +26,8 @@ pub enum Violation {
     ErasedWhileDrilling,
     /// The model that is restored was completed.
     ModelNotCompleted,
+    /// What the owner has set holds after a start.
+    SettingsLost,
     /// Flash that can be read is used.
     StorageRefused,
     /// An attitude without a flag is within five of its deviations.
@@ -41,7 +43,7 @@ pub enum Violation {
 }
 
 /// All, with their names.
-pub const VIOLATIONS: [(Violation, &str); 16] = [
+pub const VIOLATIONS: [(Violation, &str); 17] = [
     (Violation::SampleLost, "every sample is flown once, or counted as lost"),
     (Violation::Survey, "a survey is of a rest and within 5 sigma"),
     (Violation::LateSurvey, "a survey is on the line a second after its end"),
@@ -52,6 +54,7 @@ pub const VIOLATIONS: [(Violation, &str); 16] = [
     (Violation::ChangedWhileDrilling, "calibration is not changed while drilling"),
     (Violation::ErasedWhileDrilling, "nothing is erased while drilling, but before the first sample of a start"),
     (Violation::ModelNotCompleted, "the model that is restored was completed"),
+    (Violation::SettingsLost, "what the owner has set holds after a start"),
     (Violation::StorageRefused, "a flash that can be read is used"),
     (Violation::Attitude, "an attitude without a flag is within 5 sigma, 30 s after start and faults"),
     (Violation::WatchdogReset, "the watchdog resets a stage that hangs, and nothing else"),

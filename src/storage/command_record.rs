@@ -1,0 +1,55 @@
+//! What commands have set, kept over a loss of power: the newest of each command, as it came.
+
+use super::{ModelStore, Progress, StorageError, model_store::FOR_COUNTERS, record::Kind};
+use embedded_storage::nor_flash::NorFlash;
+
+/// Version of the commands' encoding. The record's check says nothing of what its bytes mean: with another layout of
+/// the configuration this number has to be another one.
+pub(super) const VERSION: u8 = 1;
+
+/// Command whose newest one is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
+#[non_exhaustive]
+pub enum StoredCommand {
+    /// Configuration of the pipeline and of the surveys.
+    Configure,
+    /// Configuration of the surveys alone.
+    ConfigureSurvey,
+}
+
+impl StoredCommand {
+    const fn kind(self) -> Kind {
+        match self {
+            Self::Configure => Kind::CONFIGURE,
+            Self::ConfigureSurvey => Kind::CONFIGURE_SURVEY,
+        }
+    }
+}
+
+impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
+    /// Stores a command's bytes at once, for use while nothing is sampled. The one before counts until this one is
+    /// whole. Empty bytes end its validity: then there is none.
+    ///
+    /// # Errors
+    /// The one before stays. `Busy`: another record is being written. `Full`: it is too long, or there is no room
+    /// (counted). Or the flash failed (counted).
+    #[inline(never)]
+    pub fn store_command(&mut self, command: StoredCommand, bytes: &[u8]) -> Result<(), StorageError<F::Error>> {
+        match self.begin_newest(command.kind(), VERSION, FOR_COUNTERS, &|writer| writer.bytes(bytes)) {
+            Err(StorageError::Full) => return self.refuse_full(),
+            begun => begun?,
+        }
+        while self.step()? != Progress::CommandStored {}
+        Ok(())
+    }
+
+    /// Returns a command's bytes, and the number of their record, which is higher the later it was stored; `None` if
+    /// none was stored, or by a firmware that lays it out otherwise.
+    #[inline(never)]
+    pub fn read_command(&mut self, command: StoredCommand) -> Option<(u32, &[u8])> {
+        let header = self.read_newest(command.kind())?;
+        let bytes = header.payload(&self.buffer).filter(|_| header.version == VERSION)?;
+        (!bytes.is_empty()).then_some((header.number, bytes))
+    }
+}
