@@ -45,13 +45,13 @@ impl<B: Board> Application<'_, B> {
     pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         let held = self.board.provision(record, true);
         if only_check || held.is_ok() {
-            // What the region holds is in use already: to use it again would start a flight anew for whoever sends it.
+            // The record that the region holds is in use already: to use it again would start a flight anew for whoever sends it.
             return held;
         }
         if let (FactoryRecord::Calibration(_) | FactoryRecord::Mounting(_), Some(memory)) =
             (record, &mut self.statics.memory)
         {
-            // What a command has set holds a calibration and a mounting, too, and after the next start it would be older.
+            // A stored command holds a calibration and a mounting, too, which would fly again after the next start.
             memory.forget_commands()?;
         }
         self.board.provision(record, false)?;

@@ -13,9 +13,9 @@ use heapless::Vec;
 /// Times of the parts' interrupts since the last reading, microseconds. `None`: there was none, or the part is polled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Interrupts {
-    /// Of the gyro and accelerometer.
+    /// Interrupt of the gyro and accelerometer.
     pub inertial_us: Option<u64>,
-    /// Of the magnetometer.
+    /// Interrupt of the magnetometer.
     pub magnetic_us: Option<u64>,
 }
 

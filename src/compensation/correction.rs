@@ -100,7 +100,7 @@ impl ActiveEffects {
         snapshot.rate_rad_s -= self.added_to_rate(library, |_| read);
     }
 
-    /// What the gyro's effects add to the rate, each in the moment that `moment` gives for its place in the library.
+    /// Rate that the gyro's effects add, each in the moment that `moment` gives for its place in the library.
     pub(crate) fn added_to_rate<'a>(
         &self,
         library: &[&dyn Effect],

@@ -280,7 +280,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
                 units
             }
             Task::Widening(from) => {
-                self.widen(from);
+                self.add_process_noise(from);
                 WIDENING_UNITS
             }
             Task::Walking(column) => {
@@ -374,11 +374,11 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
 
     /// Widens the next global that walks, from a column on.
     #[inline(never)]
-    fn widen(&mut self, from: usize) {
+    fn add_process_noise(&mut self, from: usize) {
         for (column, sigma) in self.prior.sigma.iter().enumerate().skip(from) {
             let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
             if variance > 0.0 {
-                self.candidates.widen(&mut self.globals, column, T::of(variance) * self.course.unwalked_s);
+                self.candidates.add_process_noise(&mut self.globals, column, T::of(variance) * self.course.unwalked_s);
                 self.task = Task::Widening(column + 1);
                 return;
             }

@@ -93,7 +93,7 @@ impl<T: Real> Globals<T> {
 
     /// Multiplies the root by I - beta u u^T. Leaves it full: it has to be made triangular afterwards, column by
     /// column.
-    pub fn widen(&mut self, u: &[T; GLOBALS], beta: T) {
+    pub fn add_process_noise(&mut self, u: &[T; GLOBALS], beta: T) {
         let mut dots = [T::ZERO; GLOBALS];
         for (u, row) in u.iter().zip(&self.root) {
             add_times(&mut dots, *u, row);

@@ -105,7 +105,7 @@ fn forget_field<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter
     filter.node.has_field = false;
     filter.node.referred = 0;
     for column in HARD_IRON.columns() {
-        filter.candidates.widen(&mut filter.globals, column, T::ONE);
+        filter.candidates.add_process_noise(&mut filter.globals, column, T::ONE);
     }
     filter.task = Task::Walking(0);
 }

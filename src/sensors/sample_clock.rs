@@ -1,6 +1,6 @@
 //! Sample clock: times of a part's frames, from the times at which the part is read.
 
-/// What made a source be read, and so the meaning of the time that is told.
+/// Cause of a reading, which tells the meaning of its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 pub enum Trigger {

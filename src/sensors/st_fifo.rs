@@ -5,7 +5,7 @@ use super::{Burst, Frame};
 /// Bytes of one word in the FIFO of ST's inertial modules: a tag, and three axes of two bytes, low byte
 /// first.
 pub(super) const WORD: usize = 7;
-/// What a line reads that nobody drives.
+/// Bytes of a line that nobody drives.
 const IDLE: u8 = 0xFF;
 /// Words of a frame: one of the gyro and one of the accelerometer.
 const WORDS_OF_A_FRAME: u16 = 2;

@@ -1,4 +1,4 @@
-//! What commands have set, kept over a loss of power: the newest of each command, as it came.
+//! Commands whose settings outlive the power: the newest of each, as it came.
 
 use super::{ModelStore, Progress, StorageError, model_store::FOR_COUNTERS, record::Kind};
 use embedded_storage::nor_flash::NorFlash;

@@ -29,7 +29,7 @@ impl CorrectionVariances {
     }
 
     /// Widens the covariances of means on tool axes.
-    pub(crate) fn widen(&self, means: &mut SixAxisCovariance) {
+    pub(crate) fn inflate(&self, means: &mut SixAxisCovariance) {
         for (covariance, variances) in [(&mut means.gravity, &self.force), (&mut means.field, &self.field)] {
             covariance.m11 += variances.x;
             covariance.m22 += variances.y;

@@ -248,7 +248,7 @@ impl StationarySurvey {
             gravity: sensor_errors::gravity_covariance(&force, &config.errors) + means.force.covariance(),
             field: sensor_errors::field_covariance(&field, &config.errors) + means.field.covariance(),
         };
-        self.corrections.widen(&mut covariance);
+        self.corrections.inflate(&mut covariance);
         let averages = SixAxisAverages {
             samples: self.samples,
             raw_accel_m_s2: means.raw_accel.mean().into(),

@@ -69,7 +69,7 @@ fn places(value: &Value, at: &str, into: &mut Vec<String>) {
     }
 }
 
-/// What may stand in the place of a value.
+/// Text that may stand in the place of a value.
 fn others(value: &Value) -> Vec<Value> {
     match value {
         Value::Bool(on) => vec![json!(!on)],

@@ -147,7 +147,7 @@ pub enum Earlier {
 pub enum What {
     /// All stored models
     Models,
-    /// What configure and configure-survey have set, from the next start on
+    /// The settings of configure and configure-survey, from the next start on
     Settings,
 }
 

@@ -112,7 +112,7 @@ impl Quantity {
     }
 }
 
-/// What stands in a name's last brackets, if it is in letters and no axis: the place of a unit.
+/// Text of a name's last brackets, if it is in letters and no axis: the place of a unit.
 #[must_use]
 pub fn foreign_unit(name: &str) -> Option<&str> {
     let inside = name.rsplit(['(', '[', '{']).next().filter(|rest| rest.len() < name.len())?;

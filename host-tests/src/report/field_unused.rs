@@ -1,4 +1,4 @@
-//! How much of the motion went without the field: a magnetometer that needs a calibration first.
+//! Share of the motion without the field: a magnetometer that needs a calibration first.
 
 use meerkat_mwd::{Config, SampleFlags, attitude::AttitudeFlags};
 

@@ -44,7 +44,7 @@ pub(super) fn degrees_within(
     }
 }
 
-/// What is wrong with the cell of a row's column, with its place.
+/// Fault of the cell of a row's column, with its place.
 fn told(header: &StringRecord, record: &StringRecord, column: usize, why: &str) -> String {
     let name = header.get(column).unwrap_or_default();
     let cell = record.get(column).unwrap_or_default();

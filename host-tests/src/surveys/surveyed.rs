@@ -104,7 +104,7 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
     })
 }
 
-/// How many stations have no short-collar correction although it was asked for, and why.
+/// Number of stations without a short-collar correction although it was asked for, and the reason.
 fn without_axial(stations: &[SurveyedStation]) -> Vec<String> {
     let without = |with_readings: bool| {
         let is_one = |s: &&SurveyedStation| s.axial_no_go.is_none() && s.readings.is_some() == with_readings;

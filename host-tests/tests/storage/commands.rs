@@ -1,4 +1,4 @@
-//! What commands have set: there after every power cut, and after whatever else is stored.
+//! Settings of commands: there after every power cut, and after whatever else is stored.
 
 use super::models::{Dice, KIB, Store, open, prepare};
 use meerkat_mwd::{

@@ -180,7 +180,7 @@ fn a_step_with_the_scale_is_the_dense_product() {
 
 #[test]
 fn updates_with_the_scale_agree_with_the_dense_joseph_form() {
-    // What a gain moves: every state and the scale; or the heading with some axes of the bias, and the scale with any.
+    // A gain moves every state and the scale; or the heading with some axes of the bias, and the scale with any.
     let heading = [HEADING];
     let cases: [(Gain, &[usize], bool); 4] = [
         (Gain::Every, &[0, 1, 2, 3, 4, 5, 6, 7], true),

@@ -1,4 +1,4 @@
-//! What the estimator hands over: a gyro model, and its own attitude.
+//! The estimator's results as the attitude takes them: a gyro model, and an attitude.
 
 use super::AttitudeFilter;
 use crate::{

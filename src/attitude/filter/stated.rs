@@ -1,4 +1,4 @@
-//! What is stated of the attitude: angles, their covariance, flags.
+//! The attitude as it is stated: angles, their covariance, flags.
 
 use super::AttitudeFilter;
 use crate::attitude::{Attitude, AttitudeFlags};

@@ -1,4 +1,4 @@
-//! What flies of an effect, and what is told of it.
+//! Effects as they fly, and as they are reported.
 
 use super::*;
 use crate::{

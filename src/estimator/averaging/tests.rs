@@ -38,7 +38,7 @@ fn what_is_not_known_of_an_effect_moves_no_mean_whether_or_not_a_rest_has_measur
     }
 }
 
-/// How P and b follow an effect that is at another value: as in the joint Gaussian of all globals whose other sensors'
+/// P and b follow an effect that is at another value as in the joint Gaussian of all globals whose other sensors'
 /// errors have the widths that were chosen.
 #[test]
 fn what_is_not_known_of_an_effect_spreads_at_the_chosen_widths() {

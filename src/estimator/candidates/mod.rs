@@ -212,9 +212,9 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         self.root.forget_node(kept);
     }
 
-    /// Adds process noise to one global, see [`Root::widen`].
-    pub fn widen(&mut self, globals: &mut Globals<T>, global: usize, variance: T) {
-        self.root.widen(self.places.used(), globals, global, variance);
+    /// Adds process noise to one global, see [`Root::add_process_noise`].
+    pub fn add_process_noise(&mut self, globals: &mut Globals<T>, global: usize, variance: T) {
+        self.root.add_process_noise(self.places.used(), globals, global, variance);
     }
 
     /// Makes one column of the globals' root triangular again.
@@ -238,7 +238,7 @@ impl<T: Real, const EFFECTS: usize> Candidates<T, EFFECTS> {
         for (column, deviation) in BIAS.columns().zip(claim.sigma) {
             let Some(sigma) = sigma.get(column).filter(|sigma| **sigma > T::ZERO) else { continue };
             let share = T::of(deviation) / *sigma;
-            self.root.widen(self.places.used(), globals, column, share * share);
+            self.root.add_process_noise(self.places.used(), globals, column, share * share);
         }
         self.drop_step(claim.step);
     }

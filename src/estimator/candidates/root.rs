@@ -145,8 +145,8 @@ impl<T: Real, const EFFECTS: usize> Root<T, EFFECTS> {
     }
 
     /// Adds process noise of this variance (in squared units of the prior's width) to one global, see
-    /// [`Globals::widen`], and to the effects' columns of the globals.
-    pub fn widen(&mut self, used: usize, globals: &mut Globals<T>, global: usize, variance: T) {
+    /// [`Globals::add_process_noise`], and to the effects' columns of the globals.
+    pub fn add_process_noise(&mut self, used: usize, globals: &mut Globals<T>, global: usize, variance: T) {
         let Some((u, beta)) = globals.widening(global, variance) else { return };
         let mut dots = [T::ZERO; EFFECTS];
         for (u, row) in u.iter().zip(&self.globals) {
@@ -155,7 +155,7 @@ impl<T: Real, const EFFECTS: usize> Root<T, EFFECTS> {
         for (u, row) in u.iter().zip(&mut self.globals) {
             add_times(row.get_mut(..used).unwrap_or_default(), -(beta * *u), &dots);
         }
-        globals.widen(&u, beta);
+        globals.add_process_noise(&u, beta);
     }
 
     /// Makes one column of the globals' root triangular again.

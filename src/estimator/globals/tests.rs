@@ -25,7 +25,7 @@ fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
     let widened = [(3, 0.7), (25, 0.01), (36, 4.0)];
     for (global, variance) in widened {
         let (u, beta) = globals.widening(global, variance).unwrap();
-        globals.widen(&u, beta);
+        globals.add_process_noise(&u, beta);
     }
     let mut candidates = crate::estimator::candidates::Candidates::<f64, 0>::zero();
     (0..GLOBALS).for_each(|column| candidates.triangular(&mut globals, column));

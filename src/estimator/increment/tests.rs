@@ -1,4 +1,4 @@
-//! What was not read makes an increment uncertain.
+//! Increments are uncertain by what was not read.
 
 use super::*;
 use crate::compensation::GyroModel;

@@ -1,4 +1,4 @@
-//! What a reading counts as.
+//! Readings that are missing, clipped, frozen or wrong, and sound ones.
 
 use super::*;
 

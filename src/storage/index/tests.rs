@@ -40,7 +40,7 @@ fn what_is_kept_does_not_depend_on_the_order() {
     assert_eq!(forwards, kept(&|i| (i * 5 + 3) % 14));
 }
 
-/// Of fourteen models of as many temperatures every other one may fly.
+/// Every other one of fourteen models, each of another temperature, may fly.
 #[test]
 fn a_model_that_may_not_fly_takes_the_place_of_none_that_may() {
     let mut index = Index::empty();

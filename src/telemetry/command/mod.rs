@@ -84,7 +84,7 @@ pub enum Command {
     },
     /// Erase stored models, and the flown one goes on; or end what commands have set. Changes calibration.
     Erase {
-        /// What to erase.
+        /// Records to erase.
         what: Erasure,
     },
     /// Write one of the factory's records, once, and fly with it; writing the same record again succeeds and changes
@@ -132,14 +132,14 @@ pub enum EarlierModel {
     Factory,
 }
 
-/// What to erase. The factory's calibration is never erased.
+/// Records to erase. The factory's calibration is never erased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Erasure {
     /// All accepted models.
     Models,
-    /// What [`Command::Configure`] and [`Command::ConfigureSurvey`] have set: the next start is with the factory's
+    /// Settings of [`Command::Configure`] and [`Command::ConfigureSurvey`]: the next start is with the factory's
     /// configuration. Until then nothing changes, and nothing is erased.
     Settings,
 }

@@ -26,7 +26,7 @@ pub enum Violation {
     ErasedWhileDrilling,
     /// The model that is restored was completed.
     ModelNotCompleted,
-    /// What the owner has set holds after a start.
+    /// The owner's settings hold after a start.
     SettingsLost,
     /// Flash that can be read is used.
     StorageRefused,

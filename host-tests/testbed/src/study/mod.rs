@@ -1,4 +1,4 @@
-//! What studies share: their tables, effort and seeds, a simulated window, and the bound of Cramer and Rao.
+//! Common parts of studies: their tables, effort and seeds, a simulated window, and the bound of Cramer and Rao.
 
 pub mod cramer_rao;
 mod effort;

@@ -243,7 +243,7 @@ fn process_noise_of_a_global_is_added_to_its_variance_and_to_no_other() {
     let inverse = |known: &Known| information(&known.globals, &known.candidates).try_inverse().unwrap();
     let mut expected = inverse(&known);
     for (global, variance) in [(3, 0.7), (25, 0.01), (36, 4.0)] {
-        known.candidates.widen(&mut known.globals, global, variance);
+        known.candidates.add_process_noise(&mut known.globals, global, variance);
         expected[(global, global)] += variance;
     }
     (0..GLOBALS).for_each(|column| known.candidates.triangular(&mut known.globals, column));
@@ -275,7 +275,7 @@ fn what_is_not_known_of_what_is_taken_out_spreads_to_the_globals() {
         let by = SVector::from(known.candidates.spread(of, taken, &known.globals, (&inverse, &sigma)));
         found += by * by.transpose();
     }
-    // What flies of globals and effects: the globals, and in the bias the step that P turns back.
+    // The globals fly, and in the bias the step that P turns back.
     let mut flown = SMatrix::<f64, GLOBALS, { GLOBALS + 6 }>::identity();
     let usual = f64::from(STEP.parameters[0].usual);
     for (k, b) in BIAS.columns().enumerate() {
