@@ -167,6 +167,9 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             gap_s: step.gap_s(),
         };
         let stepped = self.pipeline.step(&sample, &with);
+        if self.pipeline.watch.own_iron_changed() {
+            self.identifier.iron_has_changed();
+        }
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
         // Readings uncorrected by effects: the estimator itself takes out the effects that it has found.

@@ -24,6 +24,8 @@ pub(super) struct Course<T> {
     pub unwalked_s: T,
     pub disagreements: Disagreements<T>,
     pub consistency: Consistency<T>,
+    /// True if the hard iron is to be forgotten at the end of the node: it has changed.
+    pub iron_has_changed: bool,
 }
 
 impl<T: Real> Course<T> {
@@ -41,6 +43,7 @@ impl<T: Real> Course<T> {
             unwalked_s: T::ZERO,
             disagreements: Disagreements::zero(),
             consistency: Consistency::zero(),
+            iron_has_changed: false,
         }
     }
 

@@ -60,7 +60,7 @@ pub struct Increment<T> {
     pub unread_velocity: T,
 }
 
-/// Piece of work that waits for its turn: an increment, a gap, or a question at an instant.
+/// Piece of work that waits for its turn: an increment, a gap, or a question or news at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item<T> {
     /// An increment.
@@ -74,6 +74,8 @@ pub enum Item<T> {
     },
     /// Question for the attitude at the end of the increment before.
     Look,
+    /// The probe's own hard iron is another from about here on.
+    IronChanged,
     /// Question for the posterior of everything before.
     Close {
         /// True if a search about the posterior is to follow.

@@ -147,6 +147,12 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.intake.ask(Item::Close { is_searched });
     }
 
+    /// Notes that the probe's own hard iron is another from about the last sample on: what was learnt of it is forgotten at
+    /// the end of the node, and the earth's field with it.
+    pub fn iron_has_changed(&mut self) {
+        self.intake.ask(Item::IronChanged);
+    }
+
     /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.
     #[must_use]
     pub fn posterior(&self) -> Option<&Posterior> {
@@ -183,6 +189,10 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.known_attitude.clear();
                 // Just emptied, so there is room.
                 let _ = self.filter.attitude().map(|known| self.known_attitude.push(known));
+                INCREMENT_UNITS
+            }
+            Some(Item::IronChanged) => {
+                self.filter.course.iron_has_changed = true;
                 INCREMENT_UNITS
             }
             Some(Item::Close { is_searched }) => {

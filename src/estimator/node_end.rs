@@ -83,6 +83,7 @@ impl NodeEnd {
         filter.course.disagreements.gyro.agreed(seconds);
         filter.shares.unread.add(T::ZERO, seconds);
         let [by_field, by_force] = filter.course.disagreements.for_good(&agreement, seconds);
+        let by_field = core::mem::take(&mut filter.course.iron_has_changed) || by_field;
         if by_field {
             forget_field(filter);
         }

@@ -37,7 +37,7 @@ impl<T: Real> Waiting<T> {
             self.dropped_s += match item {
                 Item::Increment(increment) => increment.seconds,
                 Item::Gap { seconds, .. } => seconds,
-                Item::Look | Item::Close { .. } => T::ZERO,
+                Item::Look | Item::IronChanged | Item::Close { .. } => T::ZERO,
             };
         }
     }

@@ -251,6 +251,11 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         can_look
     }
 
+    /// Has the estimator forget the hard iron that it has learnt: it has changed.
+    pub fn iron_has_changed(&mut self) {
+        self.estimator.iron_has_changed();
+    }
+
     /// Asks for the estimator's attitude at the sample just pushed.
     pub fn look(&mut self) {
         self.estimator.look();

@@ -86,6 +86,8 @@ pub(crate) struct HardIronWatch {
     /// Consecutive nodes whose innovation is so small that chance exceeds it more than once in a thousand, at most
     /// [`STEADY_NODES`].
     calm: u8,
+    /// True if an offset that was there from the start has changed, until somebody asks.
+    own_iron_changed: bool,
     suspicion: Suspicion,
     offsets: Offsets,
 }
@@ -131,6 +133,7 @@ impl HardIronWatch {
             turned_rad: 0.0,
             unlikely: 0,
             calm: 0,
+            own_iron_changed: false,
             suspicion: Suspicion::new(0, false),
             offsets: Offsets::zero(),
         }
@@ -231,6 +234,12 @@ impl HardIronWatch {
     pub fn offset_variances_ut2(&self) -> Vector3<f32> {
         let subtracted = self.offsets.kept.lasting().filter(|interval| interval.corrected);
         subtracted.map_or(Vector3::zeros(), |interval| Vector3::from(interval.sigma_ut).map(|sigma| sigma * sigma))
+    }
+
+    /// Returns true, once, if an offset that was there from the start has changed: what was learnt of the probe's own iron
+    /// holds no more. A magnet that came before the probe had turned counts as its own iron.
+    pub const fn own_iron_changed(&mut self) -> bool {
+        core::mem::replace(&mut self.own_iron_changed, false)
     }
 
     pub const fn counts(&self) -> HardIronCounts {
@@ -365,6 +374,7 @@ impl HardIronWatch {
         let matters = (after - before).norm_squared() > matters_ut * matters_ut;
         // An offset that was there from the start and has gone is no magnet that came.
         let less = !self.offsets.kept.on && after.norm_squared() < before.norm_squared();
+        self.own_iron_changed |= verdict == Verdict::Iron && matters && less;
         if verdict != Verdict::Iron || !matters || less {
             self.offsets.kept.dismiss();
         } else {

@@ -250,7 +250,8 @@ fn read(
 /// Mean rate that one effect adds to the gyro's reading, rad/s.
 fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight: &Flight, index: u8) -> Vector3<f32> {
     let last = flight.diagnoses.iter().rev().find(|report| report.is_conclusive());
-    let (Some(last), Some(model)) = (last, flight.last_model()) else { return Vector3::zeros() };
+    let is_of_gyro = library.get(usize::from(index)).is_some_and(|effect| effect.sensor() == Sensor::Gyro);
+    let (Some(last), Some(model)) = (last.filter(|_| is_of_gyro), flight.last_model()) else { return Vector3::zeros() };
     let [_, own] = parted(&last.active(), index);
     let from_us = flight.frozen_at_us.unwrap_or_else(|| trace.first_us());
     let (mut sum, mut count) = (Vector3::zeros(), 0.0);
@@ -266,12 +267,13 @@ fn mean_rate_of(library: &[&dyn Effect], trace: &Trace, config: &Config, flight:
 
 fn moment(sample: &Sample, config: &Config, model: &GyroModel, last: Option<(f64, Vector3<f64>)>) -> Snapshot {
     let rate = model.compensate(sample.gyro_rad_s);
+    let force = config.accel.calibrate(sample.accel_m_s2);
     let warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
     Snapshot {
         rate_rad_s: rate,
         acceleration_rad_s2: last.map_or_else(Vector3::zeros, |(dt, before)| (rate - before.cast::<f32>()) / dt as f32),
-        force_m_s2: config.accel.calibrate(sample.accel_m_s2),
-        square_force_m2_s4: config.accel.calibrate(sample.accel_m_s2).norm_squared(),
+        force_m_s2: force,
+        square_force_m2_s4: force.norm_squared(),
         field_ut: config.mag.calibrate(sample.mag_ut),
         warming_k: if warm { sample.temperature_c - REFERENCE_TEMPERATURE_C } else { 0.0 },
     }

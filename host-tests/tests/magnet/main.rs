@@ -7,7 +7,7 @@ mod runs;
 
 use meerkat_mwd::Config;
 use nalgebra::Vector3;
-use runs::{Magnet, direction_across, drilling, heading_rms_deg, watch, watch_with};
+use runs::{Magnet, direction_across, drilling, heading_rms_deg, iron_taken_out, watch, watch_with};
 use testbed::flight::configuration::of_trace;
 
 use rig::files::{ATTACHED_MAGNET, recording};
@@ -116,6 +116,29 @@ fn the_magnet_of_a_real_recording_is_found_and_no_longer_turns_the_heading() {
     let (with, without) = (heading_rms_deg(&trace, true), heading_rms_deg(&trace, false));
     println!("heading {with:.2} deg rms, without the watch {without:.2}");
     assert!(with < 5.0 && with < 0.4 * without, "{with} {without}");
+}
+
+/// One that is there before the probe turns counts as the probe's own iron, and is taken out as that. It must not stay
+/// taken out when it has gone.
+#[test]
+fn a_magnet_that_was_there_from_the_start_is_not_taken_out_when_it_has_gone() {
+    let (mut with, mut left) = (0, Vec::new());
+    let runs = 12;
+    for run in 0..runs {
+        // Odd seeds drill at 45 deg.
+        let (seed, random) = (2_001 + 2 * run, &mut Random::new(run));
+        let mut trace = drilling(seed, [240.0, 260.0], 0.0);
+        let off_s = random.between(100.0, 130.0);
+        let offset_ut = direction_across(random, 0.3) * random.between(8.0, 20.0);
+        Magnet { offset_ut, on_s: -10.0, off_s, ramp_s: 0.5 }.attach(&mut trace);
+        let taken_out = iron_taken_out(&trace, &[off_s - 1.0, 239.0]);
+        with += usize::from((taken_out[0] - offset_ut).norm() < 0.5 * offset_ut.norm());
+        // Some iron of up to 2 uT is the probe's own.
+        left.push(taken_out[1].norm());
+    }
+    println!("taken out of {with} of {runs}; afterwards, uT: {left:.1?}");
+    assert!(with >= 9, "{with} of {runs}");
+    assert!(left.iter().all(|left| *left < 4.0), "{left:.1?}");
 }
 
 #[test]

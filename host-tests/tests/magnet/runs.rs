@@ -94,6 +94,32 @@ pub fn watch_with(trace: &Trace, config: &Config, freeze_at_us: u64) -> Watched 
     }
 }
 
+/// Body-fixed offset that is taken out of the field at these times, seconds, by name or as a magnet's, microtesla.
+pub fn iron_taken_out(trace: &Trace, at_s: &[f64]) -> Vec<Vector3<f64>> {
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&of_trace(trace)).unwrap();
+    let mut at_s = at_s.iter().peekable();
+    let mut taken_out = Vec::new();
+    for sample in &trace.samples {
+        probe.push(sample).unwrap();
+        probe.poll(probe.poll_budget());
+        if at_s.next_if(|at_s| sample.t_us as f64 * 1e-6 >= **at_s).is_none() {
+            continue;
+        }
+        let mut sum = Vector3::zeros();
+        for found in probe.effects().iter() {
+            if probe.library()[usize::from(found.index)].name() == "hard_iron" {
+                sum += Vector3::from_row_slice(&found.parameters[..3]).cast::<f64>();
+            }
+        }
+        for interval in probe.hard_iron_intervals().filter(|it| it.corrected && it.to_us.is_none()) {
+            sum += interval.offset().cast::<f64>();
+        }
+        taken_out.push(sum);
+    }
+    taken_out
+}
+
 /// Heading error over the moving part against the trace's own reference (NED), degrees root mean square.
 pub fn heading_rms_deg(trace: &Trace, effects: bool) -> f64 {
     let config = Config { effects, ..of_trace(trace) };

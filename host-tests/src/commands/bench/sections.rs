@@ -2,7 +2,8 @@
 
 use crate::bench::{
     attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling, effects, honesty, hour,
-    mud_pulse, multi_station, rate_error, recordings, second_simulator, sensors, size, swaps, turntable, whole_probe,
+    mud_pulse, multi_station, rate_error, recordings, replay, second_simulator, sensors, size, swaps, turntable,
+    whole_probe,
 };
 use research::{contaminated, evaluations, inclination, paper};
 use testbed::study::{Effort, Table};
@@ -80,6 +81,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("mud_pulse", "Survey words over a channel with bursts", mud_pulse::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
+    Section::on_host("replay", "Speed and memory of a replay", replay::run),
     Section::with_told_seeds("whole_probe", "The whole probe under seeded faults", whole_probe::run),
     Section::on_target("cost", "Cost on the emulated chip", cost::run),
     Section::on_target("size", "Flash, RAM and stack of the firmware, by module", size::run),
