@@ -212,7 +212,8 @@
 #define MWD_REFUSED_OTHERWISE 9
 
 /**
- * Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the field.
+ * Refused: the sensors do not agree on turns. Number: the turns, as bits: about x, y and z by gravity, then by the
+ * field.
  */
 #define MWD_REFUSED_WRONG_MOUNTING 10
 

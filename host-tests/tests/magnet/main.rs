@@ -125,20 +125,24 @@ fn a_magnet_that_was_there_from_the_start_is_not_taken_out_when_it_has_gone() {
     let (mut with, mut left) = (0, Vec::new());
     let runs = 12;
     for run in 0..runs {
-        // Odd seeds drill at 45 deg.
-        let (seed, random) = (2_001 + 2 * run, &mut Random::new(run));
-        let mut trace = drilling(seed, [240.0, 260.0], 0.0);
-        let off_s = random.between(100.0, 130.0);
-        let offset_ut = direction_across(random, 0.3) * random.between(8.0, 20.0);
+        let random = &mut Random::new(run);
+        let (mut trace, _) = handheld::record(Kind::Rotation, run % 2 == 1, GyroError::Factory, 180.0, 800 + run);
+        let (off_s, size_ut) = (random.between(80.0, 110.0), random.between(5.0, 9.0));
+        let offset_ut = random.direction() * size_ut;
         Magnet { offset_ut, on_s: -10.0, off_s, ramp_s: 0.5 }.attach(&mut trace);
-        let taken_out = iron_taken_out(&trace, &[off_s - 1.0, 239.0]);
-        with += usize::from((taken_out[0] - offset_ut).norm() < 0.5 * offset_ut.norm());
-        // Some iron of up to 2 uT is the probe's own.
+        let taken_out = iron_taken_out(&trace, &[off_s - 1.0, 179.0]);
+        println!(
+            "{run}: {size_ut:.1} uT, off {:.1} before, {:.1} left",
+            (taken_out[0] - offset_ut).norm(),
+            taken_out[1].norm()
+        );
+        with += usize::from((taken_out[0] - offset_ut).norm() < 0.5 * size_ut);
         left.push(taken_out[1].norm());
     }
     println!("taken out of {with} of {runs}; afterwards, uT: {left:.1?}");
-    assert!(with >= 9, "{with} of {runs}");
-    assert!(left.iter().all(|left| *left < 4.0), "{left:.1?}");
+    assert!(with >= 6, "{with} of {runs}");
+    // The sensors have iron of their own, which stays.
+    assert!(left.iter().all(|left| *left < 5.0), "{left:.1?}");
 }
 
 #[test]
