@@ -19,7 +19,7 @@ pub mod mud_pulse;
 pub mod multi_station;
 pub(crate) mod rate_error;
 pub(crate) mod recordings;
-pub mod replay;
+pub(crate) mod replay;
 pub mod rotation_error;
 pub(crate) mod second_simulator;
 pub(crate) mod sensors;

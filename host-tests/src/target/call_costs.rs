@@ -82,7 +82,7 @@ const CALLS: [(Call, &[Name], Option<Name>); 15] = [
     (Call::Eliminating, &[ELIMINATE], None),
     (Call::Absorbing, &[ABSORB], None),
     (Call::AbsorbingOwn, &[ABSORB_OWN], None),
-    (Call::Walking, &[&["9estimator6filter", "5widen17h"], &["9estimator6filter", "4walk17h"]], None),
+    (Call::Walking, &[&["9estimator6filter", "17add_process_noise17h"], &["9estimator6filter", "4walk17h"]], None),
     (Call::Averaging, &AVERAGE, None),
     (
         Call::Bounding,
