@@ -1,11 +1,11 @@
 //! Commands whose settings outlive the power: the newest of each, as it came.
 
-use super::{ModelStore, Progress, StorageError, model_store::FOR_COUNTERS, record::Kind};
+use super::{
+    ModelStore, Progress, StorageError,
+    model_store::FOR_COUNTERS,
+    record::{COMMANDS, Kind},
+};
 use embedded_storage::nor_flash::NorFlash;
-
-/// Version of the commands' encoding. The record's check says nothing of what its bytes mean: with another layout of
-/// the configuration this number has to be another one.
-pub(super) const VERSION: u8 = 1;
 
 /// Command whose newest one is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// (counted). Or the flash failed (counted).
     #[inline(never)]
     pub fn store_command(&mut self, command: StoredCommand, bytes: &[u8]) -> Result<(), StorageError<F::Error>> {
-        match self.begin_newest(command.kind(), VERSION, FOR_COUNTERS, &|writer| writer.bytes(bytes)) {
+        match self.begin_newest(command.kind(), COMMANDS, FOR_COUNTERS, &|writer| writer.bytes(bytes)) {
             Err(StorageError::Full) => return self.refuse_full(),
             begun => begun?,
         }
@@ -49,7 +49,7 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     #[inline(never)]
     pub fn read_command(&mut self, command: StoredCommand) -> Option<(u32, &[u8])> {
         let header = self.read_newest(command.kind())?;
-        let bytes = header.payload(&self.buffer).filter(|_| header.version == VERSION)?;
+        let bytes = header.payload(&self.buffer).filter(|_| header.version == COMMANDS)?;
         (!bytes.is_empty()).then_some((header.number, bytes))
     }
 }

@@ -4,11 +4,11 @@
 //! It is built by reading every record once; the order does not matter.
 
 use super::{
-    Implausible, Limits, StoredModel, command_record,
+    Implausible, Limits, StoredModel,
     granules::Place,
     little_endian::Reader,
-    newest_records::Newest,
-    record::{Header, Kind},
+    newest::Newest,
+    record::{COMMANDS, Header, Kind},
     single_values::Rising,
     stored_model,
 };
@@ -110,7 +110,7 @@ impl Index {
         }
         let latest = match header.kind {
             Kind::MODEL => stored_model::VERSION,
-            Kind::CONFIGURE | Kind::CONFIGURE_SURVEY => command_record::VERSION,
+            Kind::CONFIGURE | Kind::CONFIGURE_SURVEY => COMMANDS,
             _ => 1,
         };
         if !(1..=latest).contains(&header.version) {

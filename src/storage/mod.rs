@@ -79,6 +79,7 @@ mod learnt_parts;
 mod little_endian;
 mod model_history;
 mod model_store;
+mod newest;
 mod newest_records;
 mod plausibility;
 #[cfg(feature = "async-storage")]

@@ -137,7 +137,7 @@ fn a_cut_at_any_word_leaves_the_command_before_or_the_new_one() {
 }
 
 /// The bytes of a stored command are read by a later firmware, too. Where this fails the layout of the configuration has
-/// changed: raise `VERSION` in `src/storage/command_record.rs`, and put the new digest here.
+/// changed: raise `COMMANDS` in `src/storage/record.rs`, and put the new digest here.
 #[test]
 fn the_layout_of_a_stored_configuration_is_that_of_its_version() {
     let vector =
