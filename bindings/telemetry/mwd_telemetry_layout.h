@@ -347,6 +347,7 @@ static const char *const MWD_TELEMETRY_LAYOUT[] = {
     "  to EarlierModel",
     "enum Erasure",
     "  Models",
+    "  Settings",
     "struct CommandErase",
     "  what Erasure",
     "struct BurstSample",
