@@ -168,7 +168,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         };
         let stepped = self.pipeline.step(&sample, &with);
         if self.pipeline.watch.own_iron_changed() {
-            self.identifier.iron_has_changed();
+            self.identifier.forget_iron();
         }
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);

@@ -186,13 +186,6 @@ fn a_disk_that_fails_is_a_row_and_the_recording_is_flown_again() {
     assert_eq!(table(&results)[1]["ok"], Field::Bool(true));
 }
 
-/// Largest memory of a process so far, KiB, as long as it runs.
-#[cfg(target_os = "linux")]
-fn largest_kib(pid: u32) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
-}
-
 /// Rows and outputs of a recording are in temporary files. What stays in memory are its windows, diagnoses and surveys,
 /// and their JSON.
 #[test]
@@ -206,7 +199,7 @@ fn memory_hardly_grows_with_the_length_of_a_recording() {
         let mut child = Command::new(env!("CARGO_BIN_EXE_mwd")).args(arguments).stdout(Stdio::null()).spawn().unwrap();
         let mut largest = 0;
         while child.try_wait().unwrap().is_none() {
-            largest = largest.max(largest_kib(child.id()).unwrap_or(0));
+            largest = largest.max(testbed::process_memory::largest_kib(child.id()).unwrap_or(0));
             std::thread::sleep(Duration::from_millis(2));
         }
         assert_eq!(table(&results)[0]["ok"], Field::Bool(true));

@@ -45,7 +45,8 @@ impl<B: Board> Application<'_, B> {
     pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
         let held = self.board.provision(record, true);
         if only_check || held.is_ok() {
-            // The record that the region holds is in use already: to use it again would start a flight anew for whoever sends it.
+            // The record that the region holds is in use already: to use it again would start a flight anew for whoever
+            // sends it.
             return held;
         }
         if let (FactoryRecord::Calibration(_) | FactoryRecord::Mounting(_), Some(memory)) =

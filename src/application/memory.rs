@@ -193,8 +193,8 @@ impl<F: NorFlash> Memory<F> {
         (!is_factory).then(|| self.history.flying(gyro, effects))
     }
 
-    /// Stores a command that sets what has to outlive the power, before it is carried out; others are not stored. It may
-    /// have to erase, and the tool stands still. A refused command is not to be carried out.
+    /// Stores a command that sets what has to outlive the power, before it is carried out; others are not stored. It
+    /// may have to erase, and the tool stands still. A refused command is not to be carried out.
     #[inline(never)]
     pub(super) fn keep_command(
         &mut self,

@@ -147,9 +147,9 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.intake.ask(Item::Close { is_searched });
     }
 
-    /// Notes that the probe's own hard iron is another from about the last sample on: what was learnt of it is forgotten at
-    /// the end of the node, and the earth's field with it.
-    pub fn iron_has_changed(&mut self) {
+    /// Has the filter forget the probe's own hard iron, and the earth's field with it, at the end of the node: from
+    /// about the last sample on it is another.
+    pub fn forget_iron(&mut self) {
         self.intake.ask(Item::IronChanged);
     }
 

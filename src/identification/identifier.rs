@@ -252,8 +252,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
     }
 
     /// Has the estimator forget the hard iron that it has learnt: it has changed.
-    pub fn iron_has_changed(&mut self) {
-        self.estimator.iron_has_changed();
+    pub fn forget_iron(&mut self) {
+        self.estimator.forget_iron();
     }
 
     /// Asks for the estimator's attitude at the sample just pushed.

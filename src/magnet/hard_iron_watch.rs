@@ -236,8 +236,8 @@ impl HardIronWatch {
         subtracted.map_or(Vector3::zeros(), |interval| Vector3::from(interval.sigma_ut).map(|sigma| sigma * sigma))
     }
 
-    /// Returns true, once, if an offset that was there from the start has changed: what was learnt of the probe's own iron
-    /// holds no more. A magnet that came before the probe had turned counts as its own iron.
+    /// Returns true, once, if an offset that was there from the start has changed: what was learnt of the probe's own
+    /// iron holds no more. A magnet that came before the probe had turned counts as its own iron.
     pub const fn own_iron_changed(&mut self) -> bool {
         core::mem::replace(&mut self.own_iron_changed, false)
     }

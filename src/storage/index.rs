@@ -1,5 +1,5 @@
-//! Index of the records that count: the newest model of each temperature, the counter, the retirements, the dose, and what
-//! commands have set.
+//! Index of the records that count: the newest model of each temperature, the counter, the retirements, the dose, and
+//! what commands have set.
 //! Models of another configuration count, too: they do not fly, but they are not lost.
 //! It is built by reading every record once; the order does not matter.
 

@@ -235,7 +235,8 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         self.writing = Some(Writing { kind, temperature_c: None, number, record });
     }
 
-    /// Programs the next 32 bytes of the model, dose or command that is being written; after the last of them reads it back.
+    /// Programs the next 32 bytes of the model, dose or command that is being written; after the last of them reads it
+    /// back.
     ///
     /// # Errors
     /// The flash failed or does not hold what was written (counted): it is not stored and can be begun again.

@@ -3,13 +3,14 @@
 use super::attitude::vqf;
 use anyhow::ensure;
 use std::{
-    env, fs,
+    env,
     path::Path,
     process::{Command, Stdio},
     thread::sleep,
     time::{Duration, Instant},
 };
 use testbed::{
+    process_memory::largest_kib,
     simulate::simulate,
     study::{Cell, Effort, Table, one_window::scenario},
 };
@@ -69,10 +70,4 @@ fn replayed(path: &Path) -> anyhow::Result<(f64, Option<u64>)> {
         most_kib = most_kib.max(largest_kib(program.id()));
         sleep(LOOK);
     }
-}
-
-/// Largest memory of a process so far, KiB, as long as it runs.
-fn largest_kib(pid: u32) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
 }

@@ -5,6 +5,7 @@ pub mod command_frame;
 pub mod console;
 pub mod failure;
 pub mod flight;
+pub mod process_memory;
 pub mod progress_bar;
 pub mod score;
 pub mod simulate;
