@@ -392,6 +392,11 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.pipeline.watch.intervals()
     }
 
+    /// Takes an interval of [`Probe::hard_iron_intervals`] when it has begun, and again when it has ended.
+    pub fn take_hard_iron_interval(&mut self) -> Option<HardIronInterval> {
+        self.pipeline.watch.take_interval()
+    }
+
     /// Counters of the watch for magnets since the configuration.
     #[must_use]
     pub const fn hard_iron_counts(&self) -> HardIronCounts {

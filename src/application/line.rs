@@ -6,6 +6,7 @@ use crate::{
     config::ConfigError,
     diagnosis::DiagnosisReport,
     identification::WindowReport,
+    magnet::HardIronInterval,
     probe::Output,
     survey::{SurveyNews, Surveyor},
     telemetry::{
@@ -137,15 +138,22 @@ impl Line {
         let _ = self.window.push(report);
     }
 
-    /// Returns true if there is room for any diagnosis, which the pipeline keeps until then.
-    pub(super) fn takes_diagnosis(&self) -> bool {
+    /// Returns true if there is room for any diagnosis or magnet, which the pipeline keeps until then.
+    pub(super) fn takes_finding(&self) -> bool {
         self.queue.results_room() > MAX_PAYLOAD
     }
 
-    /// Sends the result of a diagnosis; call it when [`Self::takes_diagnosis`] returns true.
+    /// Sends the result of a diagnosis; call it when [`Self::takes_finding`] returns true.
     #[inline(never)]
     pub(super) fn diagnosis(&mut self, now_us: u64, report: &DiagnosisReport) {
         let taken = self.queue.push_result(now_us, report);
+        self.lost_unless(taken.is_ok());
+    }
+
+    /// Sends when a magnet came, or left; call it when [`Self::takes_finding`] returns true.
+    #[inline(never)]
+    pub(super) fn magnet(&mut self, now_us: u64, interval: &HardIronInterval) {
+        let taken = self.queue.push_result(now_us, interval);
         self.lost_unless(taken.is_ok());
     }
 

@@ -333,6 +333,7 @@ impl<'a, B: Board> Application<'a, B> {
             reports::program(&mut self.board, &mut self.statics, now_us);
         }
         self.take_diagnosis(now_us);
+        self.take_magnet(now_us);
         self.receive(now_us);
         let Statics { surveyor, burst, line, .. } = &mut self.statics;
         line.queue_results(now_us, surveyor, burst);
@@ -348,13 +349,23 @@ impl<'a, B: Board> Application<'a, B> {
     #[inline(never)]
     fn take_diagnosis(&mut self, now_us: u64) {
         let Statics { probe, line, .. } = &mut self.statics;
-        if !line.takes_diagnosis() {
+        if !line.takes_finding() {
             return;
         }
         if let Some(report) = probe.take_diagnosis() {
             self.counts.diagnoses = self.counts.diagnoses.saturating_add(1);
             info!("{=u64:us}: {}", now_us, report.verdict);
             line.diagnosis(now_us, &report);
+        }
+    }
+
+    #[inline(never)]
+    fn take_magnet(&mut self, now_us: u64) {
+        let Statics { probe, line, .. } = &mut self.statics;
+        if line.takes_finding()
+            && let Some(interval) = probe.take_hard_iron_interval()
+        {
+            line.magnet(now_us, &interval);
         }
     }
 

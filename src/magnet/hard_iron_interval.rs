@@ -15,15 +15,34 @@ pub struct HardIronInterval {
     pub offset_ut: [f32; 3],
     /// Standard deviation of each axis of the offset, microtesla.
     pub sigma_ut: [f32; 3],
-    /// True if the field is corrected by the offset. False if the offset came after the freeze and matches none known
-    /// before: the field is then withheld while the offset lasts.
-    pub corrected: bool,
+    /// Use of the field while the offset lasts.
+    pub field_use: FieldUse,
+}
+
+/// Use of the field while a magnet's offset lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FieldUse {
+    /// It is not used: the offset came after the freeze and matches none known before.
+    Withheld,
+    /// It is corrected by the offset.
+    Corrected,
+    /// It was used as it came: a magnet that comes before the probe has turned is taken for the probe's own iron. It was
+    /// told when it left.
+    ToldAfterwards,
 }
 
 impl HardIronInterval {
     /// Empty slot, all zero.
     pub(super) const NONE: Self =
-        Self { from_us: 0, to_us: None, offset_ut: [0.0; 3], sigma_ut: [0.0; 3], corrected: false };
+        Self { from_us: 0, to_us: None, offset_ut: [0.0; 3], sigma_ut: [0.0; 3], field_use: FieldUse::Withheld };
+
+    /// Returns true if the field is corrected by the offset.
+    #[must_use]
+    pub const fn is_corrected(&self) -> bool {
+        matches!(self.field_use, FieldUse::Corrected)
+    }
 
     /// The offset as a vector, microtesla.
     #[must_use]

@@ -39,12 +39,12 @@ const UNLIKELY_NODES: u8 = 3;
 /// shows twice the offset.
 const TOLD_RAD: f32 = core::f32::consts::PI;
 
-/// Use of the calibrated field now.
+/// Field to be used now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum FieldUse {
-    /// Withheld: the field changed in an undecided way, or an unknown offset came after the freeze.
+pub(crate) enum UsableField {
+    /// None: the field changed in an undecided way, or an unknown offset came after the freeze.
     Withheld,
-    /// Used after subtracting this offset, microtesla.
+    /// The calibrated field after subtracting this offset, microtesla.
     Less(Vector3<f32>),
 }
 
@@ -219,20 +219,20 @@ impl HardIronWatch {
         self.accumulator.add(rate, field);
     }
 
-    /// Returns the use of the calibrated field now.
-    pub fn field_use(&self) -> FieldUse {
+    /// Returns the field to be used now.
+    pub fn usable_field(&self) -> UsableField {
         let doubtful = self.state == State::Undecided && self.suspicion.is_doubtful();
         match (doubtful, self.offsets.kept.lasting()) {
-            (true, _) => FieldUse::Withheld,
-            (_, None) => FieldUse::Less(Vector3::zeros()),
-            (_, Some(interval)) if interval.corrected => FieldUse::Less(interval.offset()),
-            (_, Some(_)) => FieldUse::Withheld,
+            (true, _) => UsableField::Withheld,
+            (_, None) => UsableField::Less(Vector3::zeros()),
+            (_, Some(interval)) if interval.is_corrected() => UsableField::Less(interval.offset()),
+            (_, Some(_)) => UsableField::Withheld,
         }
     }
 
     /// Variances on each axis of the offset that is subtracted now, microtesla^2; 0 if none is.
     pub fn offset_variances_ut2(&self) -> Vector3<f32> {
-        let subtracted = self.offsets.kept.lasting().filter(|interval| interval.corrected);
+        let subtracted = self.offsets.kept.lasting().filter(|interval| interval.is_corrected());
         subtracted.map_or(Vector3::zeros(), |interval| Vector3::from(interval.sigma_ut).map(|sigma| sigma * sigma))
     }
 
@@ -244,6 +244,11 @@ impl HardIronWatch {
 
     pub const fn counts(&self) -> HardIronCounts {
         self.offsets.kept.counts
+    }
+
+    /// Takes an interval that has begun or ended since it was taken.
+    pub fn take_interval(&mut self) -> Option<HardIronInterval> {
+        self.offsets.kept.take_news()
     }
 
     /// Latest intervals, oldest first.
@@ -374,12 +379,19 @@ impl HardIronWatch {
         let matters = (after - before).norm_squared() > matters_ut * matters_ut;
         // An offset that was there from the start and has gone is no magnet that came.
         let less = !self.offsets.kept.on && after.norm_squared() < before.norm_squared();
-        self.own_iron_changed |= verdict == Verdict::Iron && matters && less;
-        if verdict != Verdict::Iron || !matters || less {
+        let gone = verdict == Verdict::Iron && matters && less;
+        self.own_iron_changed |= gone;
+        let edge_us = self.suspicion.first_us / 2 + self.suspicion.last_us / 2;
+        let filters = [&self.tracked, &self.iron];
+        if gone && self.offsets.tell_afterwards(filters, edge_us) {
+            // It came as an offset that could not be told.
+        } else if verdict != Verdict::Iron || !matters || less {
             self.offsets.kept.dismiss();
+            if verdict == Verdict::Untold && matters && self.suspicion.is_likely_iron() {
+                self.offsets.hold_untold(filters, edge_us);
+            }
         } else {
-            let edge_us = self.suspicion.first_us / 2 + self.suspicion.last_us / 2;
-            self.offsets.change([&self.tracked, &self.iron], edge_us, matters_ut);
+            self.offsets.change(filters, edge_us, matters_ut);
         }
         match verdict {
             Verdict::Iron => self.tracked = self.iron,

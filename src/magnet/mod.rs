@@ -13,5 +13,5 @@ mod increment;
 pub mod rest;
 mod rest_bias;
 
-pub use hard_iron_interval::{HardIronCounts, HardIronInterval};
-pub(crate) use hard_iron_watch::{FieldUse, HardIronWatch};
+pub use hard_iron_interval::{FieldUse, HardIronCounts, HardIronInterval};
+pub(crate) use hard_iron_watch::{HardIronWatch, UsableField};

@@ -11,7 +11,7 @@ use crate::{
     attitude::{AttitudeFilter, AttitudeFlags},
     compensation::{Effect, GyroModel},
     config::Config,
-    magnet::{FieldUse, HardIronWatch},
+    magnet::{HardIronWatch, UsableField},
     sample::{Reading, Sample, SampleFlags, Sensor},
     survey::SurveyInput,
 };
@@ -182,9 +182,9 @@ impl<T: TakenOut> Pipeline<T> {
             return mag;
         }
         self.watch.push(t_us, readings);
-        match (mag, self.watch.field_use()) {
-            (Reading::Usable(field), FieldUse::Less(offset)) => Reading::Usable(field - offset),
-            (_, FieldUse::Withheld) => Reading::Missing,
+        match (mag, self.watch.usable_field()) {
+            (Reading::Usable(field), UsableField::Less(offset)) => Reading::Usable(field - offset),
+            (_, UsableField::Withheld) => Reading::Missing,
             _ => mag,
         }
     }

@@ -219,7 +219,7 @@ fn read(
         let mut moment = moment(sample, config, &model, last.map(|(t, w, _)| (t_s - t, w)));
         if corrected {
             let there = |magnet: &&HardIronInterval| {
-                magnet.corrected && (magnet.from_us..magnet.to_us.unwrap_or(u64::MAX)).contains(&sample.t_us)
+                magnet.is_corrected() && (magnet.from_us..magnet.to_us.unwrap_or(u64::MAX)).contains(&sample.t_us)
             };
             flight.magnets.iter().filter(there).for_each(|magnet| moment.field_ut -= magnet.offset());
             match how {

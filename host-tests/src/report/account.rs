@@ -8,7 +8,7 @@ use meerkat_mwd::{
     magnet::HardIronInterval,
 };
 
-use super::remainder_text::remainder_text;
+use super::{plain_words::use_of_field, remainder_text::remainder_text};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed, Found, rival_of_other_sensor, rivals, why_left_in},
     number::fixed,
@@ -142,7 +142,7 @@ fn of_magnet(magnet: &HardIronInterval) -> String {
     let [x, y, z] = magnet.offset_ut;
     let size = f64::from(x * x + y * y + z * z).sqrt();
     let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.1} s", to_us as f64 * 1e-6));
-    let remark = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
+    let remark = use_of_field(magnet);
     let from_s = magnet.from_us as f64 * 1e-6;
     let offset = [x, y, z].map(|x| fixed(x, 1)).join(", ");
     format!("hard_iron from {from_s:.1} s to {until}: {size:.1} uT, ({offset}) uT, {remark}")

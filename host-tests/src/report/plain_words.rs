@@ -4,6 +4,7 @@ use meerkat_mwd::{
     Config,
     diagnosis::Verdict,
     identification::{Decision, Refusal},
+    magnet::{FieldUse, HardIronInterval},
 };
 
 use super::{
@@ -226,6 +227,16 @@ pub fn in_a_sentence(words: &EffectWords) -> String {
     format!("{}{rest} ({})", first.to_lowercase(), words.name)
 }
 
+/// What was done about the field while a magnet was on the probe.
+#[must_use]
+pub const fn use_of_field(magnet: &HardIronInterval) -> &'static str {
+    match magnet.field_use {
+        FieldUse::Corrected => "its field is taken out",
+        FieldUse::ToldAfterwards => "it came before the probe had turned, and was told when it left",
+        _ => "the field is not used while it lasts",
+    }
+}
+
 /// Effects and magnets, one sentence each.
 #[must_use]
 pub fn effects(diagnosed: &Diagnosed) -> Vec<String> {
@@ -233,7 +244,7 @@ pub fn effects(diagnosed: &Diagnosed) -> Vec<String> {
         let [x, y, z] = magnet.offset_ut.map(f64::from);
         let size = (x * x + y * y + z * z).sqrt();
         let until = magnet.to_us.map_or_else(|| "the end".to_owned(), |to_us| format!("{:.0} s", to_us as f64 * 1e-6));
-        let done = if magnet.corrected { "its field is taken out" } else { "the field is not used while it lasts" };
+        let done = use_of_field(magnet);
         let from_s = magnet.from_us as f64 * 1e-6;
         format!("A magnet of {size:.0} µT is on the probe from {from_s:.0} s to {until}; {done}.")
     });

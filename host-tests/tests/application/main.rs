@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod desk_board;
+mod magnet;
 #[path = "../storage/models.rs"]
 #[allow(dead_code)]
 mod models;

@@ -150,7 +150,7 @@ fn a_magnet_that_came_after_the_freeze_is_not_learned_any_more() {
     let trace = recording(ATTACHED_MAGNET);
     let (config, freeze_us) = (of_trace(&trace), trace.samples[0].t_us + 1_000_000);
     let watched = watch_with(&trace, &config, freeze_us);
-    assert_eq!(watched.intervals.iter().map(|i| i.corrected).collect::<Vec<_>>(), [false]);
+    assert_eq!(watched.intervals.iter().map(|i| i.is_corrected()).collect::<Vec<_>>(), [false]);
     // Withheld from the first suspicion until the magnet is gone.
     assert!(watched.unused > 0.9, "{}", watched.unused);
     let off = watch_with(&trace, &Config { effects: false, ..config }, freeze_us);

@@ -112,7 +112,7 @@ pub fn iron_taken_out(trace: &Trace, at_s: &[f64]) -> Vec<Vector3<f64>> {
                 sum += Vector3::from_row_slice(&found.parameters[..3]).cast::<f64>();
             }
         }
-        for interval in probe.hard_iron_intervals().filter(|it| it.corrected && it.to_us.is_none()) {
+        for interval in probe.hard_iron_intervals().filter(|it| it.is_corrected() && it.to_us.is_none()) {
             sum += interval.offset().cast::<f64>();
         }
         taken_out.push(sum);

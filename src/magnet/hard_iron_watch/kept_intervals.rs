@@ -11,6 +11,11 @@ pub(super) struct KeptIntervals {
     pub counts: HardIronCounts,
     /// True if the last interval still lasts.
     pub on: bool,
+    /// True if the next interval's slot holds an offset that came, but could not be told from a change of the earth's
+    /// field.
+    holds_untold: bool,
+    /// Slots whose interval has begun or ended since it was taken, a bit each.
+    news: u8,
 }
 
 impl KeptIntervals {
@@ -19,6 +24,8 @@ impl KeptIntervals {
             intervals: [HardIronInterval::NONE; KEPT],
             counts: HardIronCounts { intervals: 0, suspicions: 0, dismissed: 0 },
             on: false,
+            holds_untold: false,
+            news: 0,
         }
     }
 
@@ -44,11 +51,28 @@ impl KeptIntervals {
 
     /// Begins a new interval.
     pub fn begin(&mut self, interval: HardIronInterval) {
-        if let Some(slot) = self.intervals.get_mut(self.counts.intervals as usize % KEPT) {
+        let number = self.counts.intervals as usize % KEPT;
+        if let Some(slot) = self.intervals.get_mut(number) {
             *slot = interval;
         }
+        self.news |= 1 << number;
         self.counts.intervals = self.counts.intervals.wrapping_add(1);
         self.on = true;
+        self.holds_untold = false;
+    }
+
+    /// Holds an offset that came and could not be told, until the next one or the next interval. Nothing is held where
+    /// an older interval would have to go.
+    pub fn hold_untold(&mut self, interval: HardIronInterval) {
+        if let Some(slot) = self.intervals.get_mut(self.counts.intervals as usize) {
+            *slot = interval;
+            self.holds_untold = true;
+        }
+    }
+
+    /// Offset that came and could not be told, if one is held.
+    pub fn untold(&self) -> Option<&HardIronInterval> {
+        self.intervals.get(self.counts.intervals as usize).filter(|_| self.holds_untold)
     }
 
     /// Ends the lasting interval, if there is one.
@@ -57,7 +81,16 @@ impl KeptIntervals {
             && let Some(last) = self.last_mut()
         {
             last.to_us = Some(t_us);
+            self.news |= 1 << (self.counts.intervals.wrapping_sub(1) as usize % KEPT);
         }
+    }
+
+    /// Returns an interval that has begun or ended since it was taken, and takes it.
+    pub fn take_news(&mut self) -> Option<HardIronInterval> {
+        let interval = self.intervals.get(self.news.trailing_zeros() as usize)?;
+        // The lowest bit.
+        self.news &= self.news.wrapping_sub(1);
+        Some(*interval)
     }
 
     pub fn suspect(&mut self) {

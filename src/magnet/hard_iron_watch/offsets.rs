@@ -1,7 +1,10 @@
 //! Body-fixed offsets found so far, relative to the one present from the start.
 
 use super::{
-    super::{field_filter::FieldFilter, hard_iron_interval::HardIronInterval},
+    super::{
+        field_filter::FieldFilter,
+        hard_iron_interval::{FieldUse, HardIronInterval},
+    },
     kept_intervals::KeptIntervals,
 };
 use crate::{algebra::Whitening, statistics::chi_square::IN_A_HUNDRED};
@@ -53,21 +56,48 @@ impl Offsets {
         let known = self.kept.iter().find(|known| {
             let other = known.offset() - offset;
             let spread = covariance + Matrix3::from_diagonal(&Vector3::from(known.sigma_ut).map(|s| s * s));
-            known.corrected && (other.norm_squared() < matters_ut2 || is_same(&other, &spread))
+            known.is_corrected() && (other.norm_squared() < matters_ut2 || is_same(&other, &spread))
         });
         let learned = HardIronInterval {
             from_us: edge_us,
             to_us: None,
             offset_ut: offset.into(),
             sigma_ut: variance.map(libm::sqrtf).into(),
-            corrected: true,
+            field_use: FieldUse::Corrected,
         };
         let interval = match (self.frozen, known) {
             (false, _) => learned,
             (true, Some(known)) => HardIronInterval { from_us: edge_us, to_us: None, ..*known },
-            (true, None) => HardIronInterval { corrected: false, ..learned },
+            (true, None) => HardIronInterval { field_use: FieldUse::Withheld, ..learned },
         };
         self.kept.begin(interval);
+    }
+
+    /// Holds a change that could not be told, as an offset in the body: by the way it leaves it may be told yet.
+    pub fn hold_untold(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64) {
+        let variance = (after.in_body_covariance() + before.in_body_covariance()).diagonal();
+        self.kept.hold_untold(HardIronInterval {
+            from_us: edge_us,
+            to_us: None,
+            offset_ut: (after.in_body() - before.in_body()).into(),
+            sigma_ut: variance.map(libm::sqrtf).into(),
+            field_use: FieldUse::ToldAfterwards,
+        });
+    }
+
+    /// Returns true if an offset that left is the one that is held: it is an interval now.
+    pub fn tell_afterwards(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64) -> bool {
+        let Some(&came) = self.kept.untold() else { return false };
+        let left = came.offset() + after.in_body() - before.in_body();
+        let spread = Matrix3::from_diagonal(&Vector3::from(came.sigma_ut).map(|sigma| sigma * sigma))
+            + after.in_body_covariance()
+            + before.in_body_covariance();
+        let is_told = is_same(&left, &spread);
+        if is_told {
+            self.kept.begin(came);
+            self.kept.close(edge_us);
+        }
+        is_told
     }
 
     /// Refines the offset of the interval that is still open, if any. Ends it when its offset is below `least_ut`: the

@@ -1,6 +1,7 @@
 //! The watch finds a magnet, and nothing where there is none.
 
 use super::*;
+use crate::magnet::FieldUse;
 use nalgebra::{UnitQuaternion, Vector3};
 extern crate std;
 use std::vec::Vec;
@@ -52,7 +53,7 @@ const QUIET: Run = Run {
 
 impl Run {
     /// The watch at the end of the run, and its use of the field at each sample.
-    fn watched(&self) -> (HardIronWatch, Vec<FieldUse>) {
+    fn watched(&self) -> (HardIronWatch, Vec<UsableField>) {
         let config = Config { sample_period_us: PERIOD_US, ..Config::default() };
         let mut watch = HardIronWatch::zero();
         watch.configure(&config);
@@ -79,7 +80,7 @@ impl Run {
                 watch.freeze();
             }
             watch.push(t_us, [rate, force, field]);
-            uses.push(watch.field_use());
+            uses.push(watch.usable_field());
             attitude *= UnitQuaternion::from_scaled_axis(rate_at(t + 0.5 * dt) * dt);
         }
         (watch, uses)
@@ -92,7 +93,7 @@ fn seconds(us: u64) -> f64 {
 
 fn is_left_alone(run: &Run) -> bool {
     let (watch, uses) = run.watched();
-    watch.counts() == HardIronCounts::default() && uses.iter().all(|u| *u == FieldUse::Less(Vector3::zeros()))
+    watch.counts() == HardIronCounts::default() && uses.iter().all(|u| *u == UsableField::Less(Vector3::zeros()))
 }
 
 #[test]
@@ -104,10 +105,10 @@ fn a_magnet_on_a_tumbling_body_is_found_with_its_time_and_size() {
     assert!((seconds(found[0].from_us) - 12.0).abs() < 0.3, "{found:?}");
     assert!((seconds(found[0].to_us.unwrap()) - 30.0).abs() < 0.3, "{found:?}");
     assert!((found[0].offset() - magnet(20.0).cast()).norm() < 0.3, "{found:?}");
-    assert_eq!(uses[1250], FieldUse::Withheld, "not decided yet");
-    assert!(matches!(uses[2900], FieldUse::Less(offset) if (offset - magnet(20.0).cast()).norm() < 0.3));
-    assert_eq!(uses[3030], FieldUse::Withheld, "its leaving is noticed at once");
-    assert_eq!(*uses.last().unwrap(), FieldUse::Less(Vector3::zeros()));
+    assert_eq!(uses[1250], UsableField::Withheld, "not decided yet");
+    assert!(matches!(uses[2900], UsableField::Less(offset) if (offset - magnet(20.0).cast()).norm() < 0.3));
+    assert_eq!(uses[3030], UsableField::Withheld, "its leaving is noticed at once");
+    assert_eq!(*uses.last().unwrap(), UsableField::Less(Vector3::zeros()));
 }
 
 #[test]
@@ -119,7 +120,39 @@ fn a_magnet_that_is_brought_at_rest_is_told_once_the_body_turns() {
     assert!((seconds(found[0].from_us) - 12.0).abs() < 0.3, "{found:?}");
     // Iron that was there before, and never showed at rest, is as uncertain as the calibration.
     assert!((found[0].offset() - magnet(20.0).cast()).norm() < 1.0, "{found:?}");
-    assert!(uses[1250..1600].iter().all(|u| *u == FieldUse::Withheld));
+    assert!(uses[1250..1600].iter().all(|u| *u == UsableField::Withheld));
+}
+
+/// A magnet that is brought at rest; the gyro falls silent when new iron is the likelier, but not decided.
+const TOLD_LATE: Run = Run { iron_ut: magnet, rest_s: 16.0, gyro_reads: |t| !(18.4..18.7).contains(&t), ..QUIET };
+
+#[test]
+fn a_magnet_that_could_not_be_told_when_it_came_is_told_when_it_leaves() {
+    let (watch, uses) = TOLD_LATE.watched();
+    let found: Vec<_> = watch.intervals().collect();
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].field_use, FieldUse::ToldAfterwards);
+    assert!((seconds(found[0].from_us) - 12.0).abs() < 0.3, "{found:?}");
+    assert!((seconds(found[0].to_us.unwrap()) - 30.0).abs() < 0.3, "{found:?}");
+    assert!((found[0].offset() - magnet(20.0).cast()).norm() < 1.0, "{found:?}");
+    assert_eq!(*uses.last().unwrap(), UsableField::Less(Vector3::zeros()));
+}
+
+#[test]
+fn what_left_is_not_what_came_if_their_offsets_differ() {
+    let other = |t: f64| if (20.0..30.0).contains(&t) { Vector3::new(6.0, 4.0, 9.0) } else { magnet(t) };
+    let (watch, _) = Run { iron_ut: other, ..TOLD_LATE }.watched();
+    assert!(watch.intervals().all(|interval| interval.field_use != FieldUse::ToldAfterwards));
+}
+
+#[test]
+fn an_interval_is_news_when_it_begins_and_when_it_ends() {
+    let (mut watch, _) = Run { iron_ut: magnet, length_s: 25.0, ..QUIET }.watched();
+    assert_eq!(watch.take_interval().map(|interval| interval.to_us), Some(None));
+    assert_eq!(watch.take_interval(), None);
+    let (mut watch, _) = Run { iron_ut: magnet, ..QUIET }.watched();
+    assert!(watch.take_interval().is_some_and(|interval| interval.to_us.is_some()));
+    assert_eq!(watch.take_interval(), None);
 }
 
 #[test]
@@ -129,7 +162,7 @@ fn a_field_that_changes_in_the_earth_is_no_magnet() {
         let (watch, uses) = Run { disturbance_ut: jump, rest_s, ..QUIET }.watched();
         assert_eq!(watch.counts().intervals, 0, "{rest_s}");
         assert!(watch.counts().suspicions > 0 && watch.counts().suspicions == watch.counts().dismissed);
-        assert_eq!(*uses.last().unwrap(), FieldUse::Less(Vector3::zeros()));
+        assert_eq!(*uses.last().unwrap(), UsableField::Less(Vector3::zeros()));
     }
 }
 
@@ -148,13 +181,13 @@ fn a_lag_a_wrong_p_and_iron_from_the_start_are_no_events() {
 fn a_magnet_after_the_freeze_is_corrected_only_if_it_was_known_before() {
     let twice = |t: f64| if t > 35.0 { magnet(t - 23.0) } else { magnet(t) };
     let frozen_at = |freeze_us| Run { iron_ut: twice, length_s: 60.0, freeze_us: Some(freeze_us), ..QUIET }.watched();
-    let corrected = |watch: &HardIronWatch| watch.intervals().map(|i| i.corrected).collect::<Vec<_>>();
+    let corrected = |watch: &HardIronWatch| watch.intervals().map(HardIronInterval::is_corrected).collect::<Vec<_>>();
     let (watch, uses) = frozen_at(25_000_000);
     assert_eq!(corrected(&watch), [true, true]);
-    assert!(matches!(uses[4500], FieldUse::Less(offset) if (offset - magnet(20.0).cast()).norm() < 0.5));
+    assert!(matches!(uses[4500], UsableField::Less(offset) if (offset - magnet(20.0).cast()).norm() < 0.5));
     let (watch, uses) = frozen_at(5_000_000);
     assert_eq!(corrected(&watch), [false, false]);
-    assert_eq!((uses[2500], uses[4500]), (FieldUse::Withheld, FieldUse::Withheld));
+    assert_eq!((uses[2500], uses[4500]), (UsableField::Withheld, UsableField::Withheld));
 }
 
 #[test]
@@ -168,7 +201,7 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
         watch.push(t_us, [Reading::Usable(Vector3::zeros()), Reading::Missing, Reading::Usable(field(t_us))]);
         t_us += u64::from(PERIOD_US);
     }
-    assert_eq!(watch.field_use(), FieldUse::Withheld);
+    assert_eq!(watch.usable_field(), UsableField::Withheld);
     watch.gap(9_000_000);
     for k in 0..500 {
         watch.push(
@@ -176,7 +209,7 @@ fn a_gap_ends_a_suspicion_and_claims_nothing() {
             [Reading::Missing, Reading::Missing, Reading::Usable(field(t_us))],
         );
     }
-    assert_eq!(watch.field_use(), FieldUse::Less(Vector3::zeros()));
+    assert_eq!(watch.usable_field(), UsableField::Less(Vector3::zeros()));
     assert_eq!(watch.counts().intervals, 0);
 }
 
@@ -198,7 +231,7 @@ fn a_turn_within_a_gap_withholds_no_field() {
     watch.gap(9_000_000);
     for k in 0..500 {
         push(&mut watch, 9_000_000 + k * u64::from(PERIOD_US), Vector3::new(0.0, 20.0, 45.0));
-        assert_eq!(watch.field_use(), FieldUse::Less(Vector3::zeros()), "{k}");
+        assert_eq!(watch.usable_field(), UsableField::Less(Vector3::zeros()), "{k}");
     }
 }
 
@@ -209,7 +242,7 @@ fn a_gyro_that_reads_a_turn_at_rest_brings_no_magnet() {
         let run = Run { gyro_error_rad_s: wrong, pause_s: [begin_s, 28.0], ..QUIET };
         let (watch, uses) = run.watched();
         assert_eq!(watch.counts().intervals, 0, "{begin_s}: {:?}", watch.intervals().collect::<Vec<_>>());
-        assert_eq!(*uses.last().unwrap(), FieldUse::Less(Vector3::zeros()));
+        assert_eq!(*uses.last().unwrap(), UsableField::Less(Vector3::zeros()));
     }
 }
 

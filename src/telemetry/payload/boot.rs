@@ -35,7 +35,7 @@ pub struct Boot {
 impl Boot {
     /// Version of the protocol that this library speaks. It changes with every field that is added, removed or
     /// reordered.
-    pub const PROTOCOL: u16 = 12;
+    pub const PROTOCOL: u16 = 13;
 
     /// Version of this library.
     pub const VERSION: [u8; 3] = [

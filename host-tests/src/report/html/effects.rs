@@ -11,6 +11,7 @@ use crate::{
     report::{
         account::{size, verdict_name},
         effect_words::{effect_words, name_and_unit, parameter_text},
+        plain_words::use_of_field,
         remainder_text::remainder_text,
     },
 };
@@ -165,8 +166,7 @@ fn magnets(diagnosed: &Diagnosed) -> String {
         let offsets =
             magnet.offset_ut.iter().zip(&magnet.sigma_ut).map(|(x, sigma)| format!("{} ± {sigma:.2}", fixed(*x, 2)));
         let cells = [in_seconds(magnet.from_us), magnet.to_us.map_or_else(|| "the end".to_owned(), in_seconds)];
-        let what = if magnet.corrected { "taken out" } else { "the field is not used while it lasts" };
-        (false, cells.into_iter().chain(offsets).chain([what.to_owned()]).collect())
+        (false, cells.into_iter().chain(offsets).chain([use_of_field(magnet).to_owned()]).collect())
     });
     table(&["from, s", "to, s", "x, µT", "y, µT", "z, µT", "what was done"], rows)
 }

@@ -3,7 +3,10 @@
 use super::{Chart, Mark, Page, Series, Told, figure, fixed, in_s, line, regressor, table};
 use crate::{
     diagnosis::{BeforeAfter, Diagnosed},
-    report::{effect_words::effect_words, plain_words::in_a_sentence},
+    report::{
+        effect_words::effect_words,
+        plain_words::{in_a_sentence, use_of_field},
+    },
 };
 use testbed::score::{PerModel, rotation_errors};
 
@@ -62,12 +65,9 @@ fn is_covered(before: &[[f64; 2]], after: &[[f64; 2]]) -> bool {
 
 /// Intervals with a magnet.
 pub(super) fn magnets(diagnosed: &Diagnosed) -> Vec<Mark> {
-    let mark = |magnet: &meerkat_mwd::magnet::HardIronInterval| {
-        let done = if magnet.corrected { "taken out" } else { "the field is not used" };
-        Mark {
-            span_s: [in_s(magnet.from_us), magnet.to_us.map_or(1e9, in_s)],
-            text: format!("a magnet is there, {done}"),
-        }
+    let mark = |magnet: &meerkat_mwd::magnet::HardIronInterval| Mark {
+        span_s: [in_s(magnet.from_us), magnet.to_us.map_or(1e9, in_s)],
+        text: format!("a magnet is there, {}", use_of_field(magnet)),
     };
     diagnosed.magnets.iter().map(mark).collect()
 }

@@ -177,7 +177,7 @@ impl EffectJson {
             found_s: None,
             taken_out_s: None,
             evidence: None,
-            taken_out: magnet.corrected,
+            taken_out: magnet.is_corrected(),
             residual_before: None,
             residual_after: None,
             residual_unit: "deg",
