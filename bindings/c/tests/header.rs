@@ -14,7 +14,7 @@ fn generated() -> String {
     let config = cbindgen::Config::from_file(here.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
     for module in [
-        "status", "sizes", "config", "sample", "output", "window", "probe", "effects", "survey", "mounting",
+        "status", "sizes", "config", "sample", "output", "window", "probe", "effects", "magnet", "survey", "mounting",
         "attitude", "frames",
     ] {
         builder = builder.with_src(here.join("src").join(module).with_extension("rs"));

@@ -74,6 +74,10 @@ fn nothing_flies_before_a_configuration() {
         let mut counters = MwdCounters::default();
         assert_eq!(mwd_probe_counters(probe, &mut counters), MwdStatus::Ok);
         assert_eq!((counters.samples, counters.out_of_order), (1, 1));
+        let mut magnet = std::mem::MaybeUninit::uninit();
+        assert_eq!(mwd_probe_take_hard_iron_interval(probe, ptr::null_mut()), MwdStatus::ErrorNull);
+        assert_eq!(mwd_probe_take_hard_iron_interval(ptr::null_mut(), magnet.as_mut_ptr()), MwdStatus::ErrorNull);
+        assert_eq!(mwd_probe_take_hard_iron_interval(probe, magnet.as_mut_ptr()), MwdStatus::Nothing);
         assert_eq!(mwd_attitude_filter_start(filter, &config), MwdStatus::Ok);
         let rate = [f32::NAN; 3];
         let turned = mwd_attitude_filter_push(filter, 0.01, rate.as_ptr(), ptr::null(), ptr::null(), &mut attitude);

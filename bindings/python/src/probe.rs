@@ -112,6 +112,18 @@ impl Probe {
         let text = self.diagnoses.pop_front().map(|report| diagnosis_json(&report, &LIBRARY));
         text.map(|text| dictionary(py, &text.map_err(bad)?)).transpose()
     }
+
+    /// A magnet's interval when it has begun, and again when it has ended, or None.
+    fn take_hard_iron_interval<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(interval) = self.inner.take_hard_iron_interval() else { return Ok(None) };
+        let dict = PyDict::new(py);
+        dict.set_item("from_s", interval.from_us as f64 / 1e6)?;
+        dict.set_item("to_s", interval.to_us.map(|to_us| to_us as f64 / 1e6))?;
+        dict.set_item("offset_ut", interval.offset_ut)?;
+        dict.set_item("sigma_ut", interval.sigma_ut)?;
+        dict.set_item("field_use", format!("{:?}", interval.field_use))?;
+        Ok(Some(dict))
+    }
 }
 
 fn microseconds(t_s: f64) -> PyResult<u64> {

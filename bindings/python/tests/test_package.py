@@ -161,6 +161,22 @@ def test_sample_by_sample_is_the_replay():
         assert [effect["name"] for effect in diagnoses[-1]["effects"]] == [effect["name"] for effect in found["effects"]]
 
 
+def test_a_magnet_is_told_when_it_comes_and_when_it_leaves():
+    probe, told = mwd.Probe(100.0), []
+    turn, rate = np.eye(3), lambda t: np.array([1.5 * np.sin(1.3 * t), np.sin(1.1 * t + 1.7), 1.2 * np.sin(0.8 * t)])
+    for row in range(6_000):
+        t = 0.01 * row
+        w = rate(t) * (t > 5)
+        k = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]) * 0.01
+        turn = turn @ (np.eye(3) + k + k @ k / 2)
+        magnet = np.array([6.0, -4.0, 9.0]) * (20 <= t < 40)
+        probe.push(t, w, turn.T @ [0, 0, -9.8], turn.T @ [20, 0, 45] + magnet)
+        told.extend(iter(probe.take_hard_iron_interval, None))
+    came, left = told
+    assert came["to_s"] is None and abs(left["from_s"] - 20) < 0.3 and abs(left["to_s"] - 40) < 0.3
+    assert np.allclose(left["offset_ut"], [6, -4, 9], atol=1) and left["field_use"] == "Corrected"
+
+
 def test_a_probe_that_is_frozen_closes_its_last_window_before_that():
     trace, _, _ = mwd.simulate(SCENARIO, seed=5)
     arrays = {name: values[:8_000] for name, values in trace.arrays().items()}

@@ -89,6 +89,13 @@ class Probe:
         ``effects``, with the fields of ``diagnosis.effects`` in docs/json.md, without the residual of each, which is of
         a whole flight; ``nis`` without and with the effects; ``remainder``. The last 1,000 wait.
         """
+    def take_hard_iron_interval(self) -> dict[str, Any] | None:
+        """A magnet on the probe, when it has come and again when it has left, or None: ask after each sample.
+
+        ``from_s`` and ``to_s`` (None while it lasts), seconds; ``offset_ut`` and ``sigma_ut``, its field and 1-sigma on
+        the body's axes, microtesla; ``field_use``: ``Corrected``, ``Withheld``, or ``ToldAfterwards`` of a magnet that
+        came before the probe had turned.
+        """
 
 @final
 class AttitudeFilter:

@@ -15,8 +15,8 @@ use meerkat_mwd::survey::Grade;
 use super::{
     state::State,
     summary::{
-        angles_text, burst_text, diagnosis_text, dose_text, dynamics_text, grade_text, health_text, model_text,
-        sliding_text, survey_text, toolface,
+        angles_text, burst_text, diagnosis_text, dose_text, dynamics_text, grade_text, health_text, magnet_text,
+        model_text, sliding_text, survey_text, toolface,
     },
 };
 
@@ -82,6 +82,9 @@ pub fn draw(frame: &mut Frame<'_>, state: &State) {
     section("model", model_text(state), Style::new());
     if let Some(report) = &state.diagnosis {
         section("diagnosis", diagnosis_text(report), Style::new());
+    }
+    if let Some(interval) = &state.hard_iron {
+        section("magnet", magnet_text(interval), Style::new());
     }
     if let Some(health) = &state.health {
         section("health", health_text(health), Style::new());

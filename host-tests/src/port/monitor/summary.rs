@@ -2,6 +2,7 @@ use meerkat_mwd::{
     compensation::effects::LIBRARY,
     diagnosis::{DiagnosisReport, Verdict},
     identification::Decision,
+    magnet::HardIronInterval,
     survey::{
         DrillingDynamics, Grade, Rotation, SlidingToolface, SurveyReport, ToolfaceKind, VibrationDose, WhirlKind,
         severity::LEVELS,
@@ -13,7 +14,7 @@ use super::{
     self_test::self_test_text,
     state::{State, flags_text},
 };
-use crate::report::refusal_text::refusal_text;
+use crate::report::{plain_words::use_of_field, refusal_text::refusal_text};
 
 /// Standard gravity, m/s^2.
 const STANDARD_GRAVITY_M_S2: f32 = 9.806_65;
@@ -44,6 +45,7 @@ pub fn summary_lines(state: &State) -> Vec<String> {
     lines.extend(burst_text(state).map(|text| format!("burst     {text}")));
     lines.push(format!("model     {}", model_text(state)));
     lines.extend(state.diagnosis.as_ref().map(|diagnosis| format!("diagnosis {}", diagnosis_text(diagnosis))));
+    lines.extend(state.hard_iron.as_ref().map(|interval| format!("magnet    {}", magnet_text(interval))));
     lines.extend(state.health.as_ref().map(|health| format!("health    {}", health_text(health))));
     if state.samples > 0 {
         lines.push(format!("recording {} raw samples", state.samples));
@@ -207,6 +209,13 @@ pub(super) fn diagnosis_text(report: &DiagnosisReport) -> String {
         .collect();
     let found = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
     format!("t {:.1} s, {verdict}{found}", report.t_end_us as f64 * 1e-6)
+}
+
+/// Size of a magnet's field, when it came and left, and what is done about it.
+pub(super) fn magnet_text(interval: &HardIronInterval) -> String {
+    let until = interval.to_us.map_or_else(|| "on".to_owned(), |to_us| format!("to {:.1} s", to_us as f64 * 1e-6));
+    let from_s = interval.from_us as f64 * 1e-6;
+    format!("{:.1} uT from {from_s:.1} s {until}, {}", interval.offset().norm(), use_of_field(interval))
 }
 
 pub(super) fn health_text(health: &Health) -> String {
