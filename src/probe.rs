@@ -167,8 +167,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
             gap_s: step.gap_s(),
         };
         let stepped = self.pipeline.step(&sample, &with);
-        if self.pipeline.watch.own_iron_changed() {
-            self.identifier.forget_iron();
+        if self.pipeline.watch.own_iron_changed() && self.identifier.forget_iron() {
+            self.pipeline.watch.own_iron_forgotten();
         }
         let is_warm = !sample.flags.contains(SampleFlags::TEMPERATURE_MISSING);
         let warming_k = is_warm.then_some(sample.temperature_c - REFERENCE_TEMPERATURE_C);
@@ -198,7 +198,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// Starts anew from the present configuration after the clock went back. The counters go on, and a freeze stays.
     #[inline(never)]
     fn begin_afresh(&mut self) {
-        let (config, counters, frozen_at_us) = (self.config, self.session.counters, self.frozen_at_us());
+        let (config, counters, frozen_at_us) = (self.config, self.counters(), self.frozen_at_us());
         // This configuration was valid before.
         let _ = self.configure(&config);
         if let Some(at_us) = frozen_at_us {
@@ -230,6 +230,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
         let after = self.pipeline.corrector.taken_out.model_here(self.identifier.flown(), self.library());
         self.pipeline.filter.model_changed(&before, &after, &taken.sigma);
+        self.pipeline.model_changed(self.identifier.flown());
     }
 
     fn count_faults(&mut self, sample: &Sample) {
@@ -278,8 +279,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.mistrust_mounting(wrong);
     }
 
-    /// Sets the library of effects that takes effect with the next [`Probe::configure`]. The default is
-    /// [`LIBRARY`].
+    /// Sets the library of effects that takes effect with the next [`Probe::configure`], with a restart or when the
+    /// clock goes back. The default is [`LIBRARY`].
     pub const fn set_library(&mut self, library: &'static [&'static dyn Effect]) {
         self.next_library = Some(library);
     }
@@ -343,12 +344,14 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     #[must_use]
     pub const fn counters(&self) -> Counters {
         let [reports_lost, overruns] = self.identifier.reports_lost_and_overruns();
+        // Those of the session hold what was counted before the clock went back.
+        let before = self.session.counters;
         Counters {
-            overruns,
-            reports_lost,
-            diagnoses_lost: self.identifier.diagnoses_lost(),
-            increments_lost: self.identifier.increments_lost(),
-            ..self.session.counters
+            overruns: before.overruns.saturating_add(overruns),
+            reports_lost: before.reports_lost.saturating_add(reports_lost),
+            diagnoses_lost: before.diagnoses_lost.saturating_add(self.identifier.diagnoses_lost()),
+            increments_lost: before.increments_lost.saturating_add(self.identifier.increments_lost()),
+            ..before
         }
     }
 

@@ -41,6 +41,9 @@ pub(super) struct Closing<T> {
     averaging: Averaging<T>,
     /// True if a search follows.
     is_searched: bool,
+    /// Numbers of the request in progress and of the latest one: only the latest one's posterior counts.
+    number: u8,
+    latest: u8,
     // Not `Option`s: these would not be all zero bytes.
     centre: Vec<Centre, 1>,
     posterior: Vec<Posterior, 1>,
@@ -55,6 +58,8 @@ impl<T: Real> Closing<T> {
             task: Task::Idle,
             averaging: Averaging::zero(),
             is_searched: false,
+            number: 0,
+            latest: 0,
             centre: Vec::new(),
             posterior: Vec::new(),
             nis_of_claims: [0.0; 2],
@@ -68,10 +73,12 @@ impl<T: Real> Closing<T> {
         self.centre.clear();
     }
 
-    /// Drops the latest posterior.
-    pub fn drop_posterior(&mut self) {
+    /// Drops the latest posterior, and the one in the making when it is done. Returns the number of the next request.
+    pub fn expect_another(&mut self) -> u8 {
         self.posterior.clear();
         self.nis_of_claims = [0.0; 2];
+        self.latest = self.latest.wrapping_add(1);
+        self.latest
     }
 
     /// The latest posterior, once it is done.
@@ -101,8 +108,8 @@ impl<T: Real> Closing<T> {
     }
 
     /// Asks for a posterior.
-    pub fn ask(&mut self, is_searched: bool) {
-        self.is_searched = is_searched;
+    pub fn ask(&mut self, is_searched: bool, number: u8) {
+        (self.is_searched, self.number) = (is_searched, number);
         self.centre.clear();
         self.task = Task::Asked;
     }
@@ -219,15 +226,17 @@ impl<T: Real> Closing<T> {
         let posterior = filter.posterior_of(self.averaging.result());
         // The stored model is then that of another gyro.
         let is_forsaken = filter.prior.is_restored && matches!(posterior.fitness, Err(Refusal::Implausible { .. }));
-        self.posterior.clear();
-        let _ = self.posterior.push(posterior);
-        self.nis_of_claims = filter.nis_of_claims();
+        if self.number == self.latest {
+            self.posterior.clear();
+            let _ = self.posterior.push(posterior);
+            self.nis_of_claims = filter.nis_of_claims();
+        }
         self.task = Task::Idle;
         if filter.course.consistency.has_diverged() || is_forsaken {
             filter.begin();
             self.begin();
         } else if let Some(claim) =
-            filter.candidates.old_step(&filter.evidence.account.claims, filter.course.weighed_us)
+            filter.candidates.old_step(&filter.evidence.account.claims, filter.course.weighed_us.unwrap_or_default())
         {
             filter.settle(&claim);
         }

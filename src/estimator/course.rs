@@ -15,8 +15,8 @@ pub(super) struct Course<T> {
     pub alignment: Alignment<T>,
     pub neighbours: Neighbours<T>,
     pub pointing: Pointing<T>,
-    /// Time at which the effects were last weighed.
-    pub weighed_us: u64,
+    /// Time at which the effects were last weighed, or of the first increment; `None` before it.
+    pub weighed_us: Option<u64>,
     pub motion_s: T,
     /// Seconds in which the rotation of the probe was unknown, until the attitude is aligned anew.
     pub gap_s: T,
@@ -37,7 +37,7 @@ impl<T: Real> Course<T> {
             alignment: Alignment::zero(),
             neighbours: Neighbours::none(),
             pointing: Pointing::zero(),
-            weighed_us: 0,
+            weighed_us: None,
             motion_s: T::ZERO,
             gap_s: T::ZERO,
             unwalked_s: T::ZERO,

@@ -118,7 +118,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
     pub fn configure(&mut self, settings: &Settings, library: &'static [&'static dyn Effect]) {
         self.candidates.configure(library);
         self.settings = *settings;
-        self.remainder.start();
+        self.remainder.forget();
         self.was_unexplained = false;
         self.shares = Shares::zero();
         self.rests.start();
@@ -233,6 +233,8 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
                 *field /= self.course.field_unit;
             }
         }
+        let length_us = (increment.seconds.narrow() * 1e6) as u64;
+        self.course.weighed_us.get_or_insert(increment.end_us.saturating_sub(length_us));
         let [force_rate, rate_change] = self.course.neighbours.derivatives(&increment, next);
         let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.course.field_unit, &self.parameters);
         let gravity = (self.course.is_aligned && self.settings.noise.predicted_gravity).then(|| {
@@ -327,8 +329,8 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         // Both move the means, which must not happen in the middle of a node.
         if self.course.unwalked_s >= T::of(walk::EVERY_S) {
             self.task = Task::Widening(0);
-        } else if end_us >= self.course.weighed_us.saturating_add(WEIGHED_EVERY_US) {
-            self.course.weighed_us = end_us;
+        } else if end_us >= self.course.weighed_us.unwrap_or(end_us).saturating_add(WEIGHED_EVERY_US) {
+            self.course.weighed_us = Some(end_us);
             let of = (&self.settings, self.course.field_unit);
             let told = reading::told_by_reference(&self.node, of, (&self.globals.x, &self.prior.sigma));
             let mut unturned = Unturned { axes: self.unturned(), told };

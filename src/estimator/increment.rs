@@ -80,6 +80,8 @@ pub enum Item<T> {
     Close {
         /// True if a search about the posterior is to follow.
         is_searched: bool,
+        /// Number of the request, which begins again after 255.
+        number: u8,
     },
 }
 

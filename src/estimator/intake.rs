@@ -66,6 +66,11 @@ impl<T: Real> Intake<T> {
         self.waiting.push(request);
     }
 
+    /// Returns true if there is room for a request.
+    pub fn has_room(&self) -> bool {
+        self.waiting.has_room()
+    }
+
     /// Takes the oldest item.
     pub fn pop(&mut self) -> Option<Item<T>> {
         self.waiting.pop()

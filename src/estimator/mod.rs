@@ -111,7 +111,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
         self.intake.start(settings);
         self.filter.configure(settings, library);
         self.closing.begin();
-        self.closing.drop_posterior();
+        self.closing.expect_another();
         self.known_attitude.clear();
     }
 
@@ -143,14 +143,18 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
     /// until then there is none. `is_searched`: true if the cost of a search about it is wanted too, see
     /// [`Estimator::window_cost`].
     pub fn close(&mut self, is_searched: bool) {
-        self.closing.drop_posterior();
-        self.intake.ask(Item::Close { is_searched });
+        let number = self.closing.expect_another();
+        self.intake.ask(Item::Close { is_searched, number });
     }
 
     /// Has the filter forget the probe's own hard iron, and the earth's field with it, at the end of the node: from
-    /// about the last sample on it is another.
-    pub fn forget_iron(&mut self) {
-        self.intake.ask(Item::IronChanged);
+    /// about the last sample on it is another. Returns false if there is no room for the request now.
+    pub fn forget_iron(&mut self) -> bool {
+        let has_room = self.intake.has_room();
+        if has_room {
+            self.intake.ask(Item::IronChanged);
+        }
+        has_room
     }
 
     /// Returns the posterior that the last [`Estimator::close`] asked for, once it is done.
@@ -195,8 +199,8 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.filter.course.iron_has_changed = true;
                 INCREMENT_UNITS
             }
-            Some(Item::Close { is_searched }) => {
-                self.closing.ask(is_searched);
+            Some(Item::Close { is_searched, number }) => {
+                self.closing.ask(is_searched, number);
                 // Before the attitude is aligned anew, the globals have not walked through a gap yet.
                 if self.filter.course.unwalked_s >= T::of(walk::EVERY_S) {
                     self.filter.task = filter::Task::Widening(0);

@@ -2,6 +2,7 @@
 
 use super::{
     columns::HARD_IRON,
+    field_norm::FieldNorm,
     filter::{Filter, Task},
     gate::attitude_variance,
     node::Kind,
@@ -105,6 +106,7 @@ impl NodeEnd {
 fn forget_field<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NODES, E>) {
     filter.node.has_field = false;
     filter.node.referred = 0;
+    filter.node.norms = FieldNorm::zero();
     for column in HARD_IRON.columns() {
         filter.candidates.add_process_noise(&mut filter.globals, column, T::ONE);
     }

@@ -57,6 +57,12 @@ impl Remainder {
         }
     }
 
+    /// Begins as new.
+    pub fn forget(&mut self) {
+        (self.dispersion, self.dispersed) = (0.0, 0);
+        self.start();
+    }
+
     /// Begins anew, but keeps the dispersion.
     pub fn start(&mut self) {
         *self = Self { dispersion: self.dispersion, dispersed: self.dispersed, ..Self::zero() };

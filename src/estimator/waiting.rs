@@ -42,6 +42,11 @@ impl<T: Real> Waiting<T> {
         }
     }
 
+    /// Returns true if there is room for an item, and for the lost time before it.
+    pub fn has_room(&self) -> bool {
+        self.items.len() + 1 < ROOM
+    }
+
     pub fn pop(&mut self) -> Option<Item<T>> {
         self.items.pop_front()
     }

@@ -251,9 +251,10 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Identifier<
         can_look
     }
 
-    /// Has the estimator forget the hard iron that it has learnt: it has changed.
-    pub fn forget_iron(&mut self) {
-        self.estimator.forget_iron();
+    /// Has the estimator forget the hard iron that it has learnt: it has changed. Returns false if there is no room for
+    /// the request now.
+    pub fn forget_iron(&mut self) -> bool {
+        self.estimator.forget_iron()
     }
 
     /// Asks for the estimator's attitude at the sample just pushed.

@@ -86,7 +86,7 @@ pub(crate) struct HardIronWatch {
     /// Consecutive nodes whose innovation is so small that chance exceeds it more than once in a thousand, at most
     /// [`STEADY_NODES`].
     calm: u8,
-    /// True if an offset that was there from the start has changed, until somebody asks.
+    /// True if an offset that was there from the start has changed, until what was learnt of it is to be forgotten.
     own_iron_changed: bool,
     suspicion: Suspicion,
     offsets: Offsets,
@@ -236,10 +236,15 @@ impl HardIronWatch {
         subtracted.map_or(Vector3::zeros(), |interval| Vector3::from(interval.sigma_ut).map(|sigma| sigma * sigma))
     }
 
-    /// Returns true, once, if an offset that was there from the start has changed: what was learnt of the probe's own
-    /// iron holds no more. A magnet that came before the probe had turned counts as its own iron.
-    pub const fn own_iron_changed(&mut self) -> bool {
-        core::mem::replace(&mut self.own_iron_changed, false)
+    /// Returns true if an offset that was there from the start has changed: what was learnt of the probe's own iron
+    /// holds no more. A magnet that came before the probe had turned counts as its own iron.
+    pub const fn own_iron_changed(&self) -> bool {
+        self.own_iron_changed
+    }
+
+    /// Notes that what was learnt of the probe's own iron is to be forgotten.
+    pub const fn own_iron_forgotten(&mut self) {
+        self.own_iron_changed = false;
     }
 
     pub const fn counts(&self) -> HardIronCounts {

@@ -183,6 +183,13 @@ impl<T: TakenOut> Corrector<T> {
         self.last_rate_rad_s.unwrap_or(rate_rad_s)
     }
 
+    /// Replaces the compensated rate of the previous sample by that of another gyro model.
+    pub fn model_changed(&mut self, rate_rad_s: Vector3<f32>) {
+        if let Some(last) = &mut self.last_rate_rad_s {
+            *last = rate_rad_s;
+        }
+    }
+
     /// Angular acceleration over the `step_s` seconds that end with a compensated rate, rad/s^2.
     pub fn acceleration_rad_s2(&self, rate_rad_s: &Vector3<f32>, step_s: f32) -> Vector3<f32> {
         match self.last_rate_rad_s {

@@ -80,6 +80,13 @@ impl<T: TakenOut> Pipeline<T> {
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
     }
 
+    /// Takes the rate of the sample before by another gyro model: the step from one to the other is no angular
+    /// acceleration.
+    pub fn model_changed(&mut self, model: &GyroModel) {
+        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
+        self.corrector.model_changed(model.compensate(raw.into()));
+    }
+
     /// Computes rate and attitude of one sample, in which clipped readings are already flagged.
     pub fn step(&mut self, sample: &Sample, with: &With<'_>) -> Stepped {
         let With { config, model, library, step_s, .. } = *with;

@@ -1,7 +1,11 @@
 //! Rail of a gyro (saturation): a largest reading that repeats to the bit, with or without a declared full scale.
 
-/// Bit-exact repeats after which a gyro's largest reading counts as its rail: an unsaturated gyro has noise.
+/// Bit-exact repeats after which a gyro's largest reading counts as its rail: an unsaturated gyro has noise. That of a
+/// steady turn may be below the resolution: then the largest reading repeats, too, among others just under it.
 const RAIL_REPEATS: u32 = 10;
+
+/// Share of the largest reading above which another one is just under it, and says that it is no rail.
+const JUST_UNDER: f32 = 0.99;
 
 /// Lowest rail of any gyro, rad/s: 115 deg/s, under the lowest full scale of data sheets (LSM6DSO: 125
 /// deg/s).
@@ -26,6 +30,8 @@ impl Rail {
             *self = Self { largest: size, repeats: 0 };
         } else if size >= self.largest {
             self.repeats = self.repeats.saturating_add(1);
+        } else if size > JUST_UNDER * self.largest && self.repeats < RAIL_REPEATS {
+            self.repeats = 0;
         }
         size >= self.largest && self.repeats >= RAIL_REPEATS && size > LOWEST_RAIL_RAD_S
     }

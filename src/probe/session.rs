@@ -16,6 +16,8 @@ pub(super) struct Session {
     refused: u32,
     /// True from the first sample of a time base on.
     has_begun: bool,
+    /// True if a stored model was restored.
+    pub is_restored: bool,
     /// True if the last sample began a new time base because the clock went back.
     pub began_afresh: bool,
     /// Time of validity of the last output, microseconds.
@@ -64,6 +66,7 @@ impl Session {
         doubted_us: 0,
         refused: 0,
         has_begun: false,
+        is_restored: false,
         began_afresh: false,
         last_valid_us: 0,
         look_due_us: 0,

@@ -2,6 +2,7 @@
 
 use super::Probe;
 use crate::{
+    compensation::{Effect, effects::LIBRARY},
     estimator::{Learnt, LearntHead, NotContinued, P_DRIFT},
     identification::WindowReport,
     storage::{Implausible, Limits, StabilityGate, StoredModel, fingerprint},
@@ -12,7 +13,7 @@ use crate::{
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NotRestored {
-    /// The probe is not configured, or has already taken a sample.
+    /// The probe is not configured, or has already taken a sample or a model.
     NotAtTheBeginning,
     /// The configuration switches off the effects that belong to the stored bias.
     EffectsSwitchedOff,
@@ -28,10 +29,11 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// # Errors
     /// States why the model does not fly; the probe stays as it was.
     pub fn restore(&mut self, model: &StoredModel) -> Result<(), NotRestored> {
-        if !self.configured || self.session.counters.samples > 0 {
+        if !self.configured || self.session.counters.samples > 0 || self.session.is_restored {
             return Err(NotRestored::NotAtTheBeginning);
         }
         self.may_restore(model)?;
+        self.session.is_restored = true;
         self.identifier.restore(&self.config, &model.gyro, &model.sigma, &model.effects);
         self.pipeline.corrector.taken_out.effects = self.effects().of_attitude(self.library());
         self.pipeline.filter.mag_delay_known(self.mag_delay_sigma_s());
@@ -76,10 +78,18 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// # Errors
     /// States why it may not.
     pub fn may_restore(&self, model: &StoredModel) -> Result<(), NotRestored> {
+        self.may_restore_with(self.library(), model)
+    }
+
+    fn may_restore_with(
+        &self,
+        library: &'static [&'static dyn Effect],
+        model: &StoredModel,
+    ) -> Result<(), NotRestored> {
         if !self.config.effects && !model.effects.is_empty() {
             return Err(NotRestored::EffectsSwitchedOff);
         }
-        Limits::new(&self.config, self.library()).check(model).map_err(NotRestored::Implausible)
+        Limits::new(&self.config, library).check(model).map_err(NotRestored::Implausible)
     }
 
     /// Starts anew from the present configuration, as after power-up, with the given model or the factory's.
@@ -88,7 +98,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     /// # Errors
     /// States why the model does not fly; the probe stays as it was.
     pub fn restart(&mut self, model: Option<&StoredModel>) -> Result<(), NotRestored> {
-        model.map_or(Ok(()), |model| self.may_restore(model))?;
+        let next_library = self.next_library.unwrap_or(&LIBRARY);
+        model.map_or(Ok(()), |model| self.may_restore_with(next_library, model))?;
         let config = self.config;
         self.configure(&config).map_err(|_| NotRestored::NotAtTheBeginning)?;
         model.map_or(Ok(()), |model| self.restore(model))

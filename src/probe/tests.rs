@@ -144,6 +144,66 @@ fn other_settings_in_between_leave_nothing_behind() {
     assert_flies_as_a_new_one(&mut used, &config, &samples);
 }
 
+/// Innovations far larger than stated, which the evidence of the next flight must not be divided by.
+#[test]
+fn noise_that_was_not_stated_leaves_nothing_behind() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let samples = tumbling(90);
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(13);
+    let noisy: Vec<_> = samples
+        .iter()
+        .map(|sample| Sample {
+            mag_ut: sample.mag_ut.map(|x| x + 30.0 * (random.next_u32() as f32 / u32::MAX as f32 - 0.5)),
+            ..*sample
+        })
+        .collect();
+    let mut used = Box::new(Probe::new());
+    used.configure(&config).unwrap();
+    for sample in &noisy {
+        used.push(sample);
+        used.poll(used.poll_budget());
+    }
+    used.configure(&config).unwrap();
+    assert_flies_as_a_new_one(&mut used, &config, &samples);
+}
+
+#[test]
+fn what_was_lost_stays_counted_when_the_clock_goes_back() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&config).unwrap();
+    let samples = tumbling(70);
+    // Nothing is identified.
+    for sample in &samples {
+        probe.push(sample);
+    }
+    let before = probe.counters();
+    assert!(before.increments_lost > 0 && before.overruns > 0, "{before:?}");
+    for sample in &samples[1..11] {
+        probe.push(sample);
+    }
+    let after = probe.counters();
+    assert_eq!(after.samples, before.samples + 9, "the first stamp that is back is not believed");
+    assert_eq!([after.increments_lost, after.overruns], [before.increments_lost, before.overruns]);
+}
+
+#[test]
+fn a_change_of_the_model_is_no_angular_acceleration() {
+    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
+    let mut probe = Box::new(Probe::new());
+    probe.configure(&config).unwrap();
+    let samples = tumbling(10);
+    for sample in &samples {
+        probe.push(sample);
+    }
+    let other = GyroModel { p: [[1.1, 0.02, 0.0], [0.0, 0.9, 0.0], [-0.03, 0.0, 1.05]], b_rad_s: [0.02, 0.0, -0.01] };
+    probe.pipeline.model_changed(&other);
+    // The next reading is the same.
+    let rate = other.compensate(samples[999].gyro_rad_s);
+    assert!(rate.norm() > 0.5, "it turns: {rate}");
+    assert_eq!(probe.pipeline.corrector.acceleration_rad_s2(&rate, 0.01), Vector3::zeros());
+}
+
 /// Each report then tells of nothing but the samples since, though these have hardly any motion that can be used.
 #[test]
 fn without_a_sensor_nothing_is_told_of_the_configuration_before() {

@@ -198,7 +198,28 @@ fn a_model_is_restored_only_at_the_beginning_and_with_its_effects() {
     assert_eq!(without.restore(&with_effects), Err(NotRestored::EffectsSwitchedOff));
     assert!(without.effects().is_empty() && *without.gyro_model() == config.gyro);
     assert_eq!(without.restore(&plain), Ok(()));
+    assert_eq!(without.restore(&plain), Err(NotRestored::NotAtTheBeginning), "one model only");
+    assert_eq!(without.restart(Some(&plain)), Ok(()), "from the beginning");
     assert_eq!(limits().check(&with_effects), Ok(()));
+}
+
+/// A restart begins with the library that was set in flight: a model of the old one is refused before anything is lost.
+#[test]
+fn a_restart_with_a_model_of_the_library_before_leaves_the_probe_as_it_was() {
+    let (trace, config) = drilling(12.0, 8);
+    let mut model = *ModelHistory::of_factory(&config, &LIBRARY).latest();
+    let mut found = FoundEffect { index: 0, ..FoundEffect::default() };
+    (found.parameters[0], found.sigma[0]) = (0.004, 0.001);
+    assert!(model.effects.add(found));
+    let mut flown = probe(&config, None);
+    for sample in &trace.samples {
+        flown.push(sample);
+    }
+    flown.set_library(&LIBRARY[1..]);
+    let samples = flown.counters().samples;
+    let refused = Err(NotRestored::Implausible(Implausible::OtherLibrary));
+    assert_eq!((flown.restart(Some(&model)), flown.counters().samples), (refused, samples));
+    assert!(samples > 0 && flown.restart(None).is_ok() && flown.counters().samples == 0);
 }
 
 /// An effect says what is left of its sensor after the configured calibration and latency. With other ones it would be

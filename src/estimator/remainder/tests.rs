@@ -24,6 +24,17 @@ fn vector(generator: &mut Xoshiro128PlusPlus) -> Vector3<f32> {
     Vector3::from_fn(|_, _| deviate(generator))
 }
 
+#[test]
+fn a_remainder_that_is_forgotten_is_as_new() {
+    let mut remainder = Remainder::zero();
+    (0..120).for_each(|_| remainder.add(NODE_S, [Vector3::new(3.0, 3.0, 3.0); 2]));
+    remainder.start();
+    assert!((remainder.dispersion() - 9.0).abs() < 0.01);
+    remainder.forget();
+    remainder.add(NODE_S, [Vector3::new(1.0, 1.0, 1.0); 2]);
+    assert!((remainder.dispersion() - 1.0).abs() < 0.01, "{}", remainder.dispersion());
+}
+
 /// Random conditions, independent of one another as far as gravity allows.
 fn conditions(generator: &mut Xoshiro128PlusPlus) -> Snapshot {
     let toolface = generator.next_u32() as f32 / u32::MAX as f32 * TAU;

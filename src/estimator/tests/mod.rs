@@ -295,6 +295,45 @@ fn a_field_that_is_turned_for_seconds_is_none() {
 }
 
 #[test]
+fn a_posterior_is_of_the_samples_up_to_its_request() {
+    let simulated = Simulated::new(16, 30.0);
+    let mut estimator = estimator::<f32>();
+    let mut late = 0.0;
+    for (k, (t_us, [rate, force, field])) in simulated.samples.iter().enumerate() {
+        estimator.push(*t_us, [*rate, *force, *field], None);
+        // Nothing is done between the two requests.
+        if [2_000, 2_060].contains(&k) {
+            estimator.close(false);
+        }
+        while !(2_000..2_060).contains(&k) && estimator.step() > 0 {
+            if let Some(posterior) = estimator.posterior().filter(|_| k == 2_060) {
+                late = posterior.motion_s;
+            }
+        }
+    }
+    let mut whole = Box::new(Estimator::<f32>::zero());
+    whole.configure(&settings(), &[]);
+    for (t_us, [rate, force, field]) in &simulated.samples[..=2_060] {
+        whole.push(*t_us, [*rate, *force, *field], None);
+        while whole.step() > 0 {}
+    }
+    whole.close(false);
+    while whole.step() > 0 {}
+    assert_eq!(late, whole.posterior().unwrap().motion_s);
+}
+
+#[test]
+fn a_field_that_stays_weaker_is_as_good_as_before() {
+    for seed in 17..20 {
+        let simulated = Simulated::new(seed, 120.0);
+        let same = posterior::<f32>(&simulated.samples, u32::MAX);
+        let weaker = with_field(&simulated, 40, 120, |field| field * 0.75);
+        let width = |posterior: &Posterior| posterior.sigma.iter().take(9).map(|sigma| sigma * sigma).sum::<f32>();
+        assert!(width(&weaker) < 2.0 * width(&same), "seed {seed}: {} {}", width(&weaker), width(&same));
+    }
+}
+
+#[test]
 fn a_hard_iron_that_stays_another_is_learnt_anew() {
     let simulated = Simulated::new(15, 140.0);
     let other = with_field(&simulated, 60, 140, |field| field + Vector3::new(15.0, 0.0, -10.0));
