@@ -144,29 +144,6 @@ fn other_settings_in_between_leave_nothing_behind() {
     assert_flies_as_a_new_one(&mut used, &config, &samples);
 }
 
-/// Innovations far larger than stated, which the evidence of the next flight must not be divided by.
-#[test]
-fn noise_that_was_not_stated_leaves_nothing_behind() {
-    let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
-    let samples = tumbling(90);
-    let mut random = Xoshiro128PlusPlus::seed_from_u64(13);
-    let noisy: Vec<_> = samples
-        .iter()
-        .map(|sample| Sample {
-            mag_ut: sample.mag_ut.map(|x| x + 30.0 * (random.next_u32() as f32 / u32::MAX as f32 - 0.5)),
-            ..*sample
-        })
-        .collect();
-    let mut used = Box::new(Probe::new());
-    used.configure(&config).unwrap();
-    for sample in &noisy {
-        used.push(sample);
-        used.poll(used.poll_budget());
-    }
-    used.configure(&config).unwrap();
-    assert_flies_as_a_new_one(&mut used, &config, &samples);
-}
-
 #[test]
 fn what_was_lost_stays_counted_when_the_clock_goes_back() {
     let config = Config { sample_period_us: PERIOD_US as u32, ..Config::default() };
