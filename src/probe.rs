@@ -230,7 +230,6 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         }
         let after = self.pipeline.corrector.taken_out.model_here(self.identifier.flown(), self.library());
         self.pipeline.filter.model_changed(&before, &after, &taken.sigma);
-        self.pipeline.model_changed(self.identifier.flown());
     }
 
     fn count_faults(&mut self, sample: &Sample) {
@@ -342,6 +341,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 
     /// Counters since the configuration.
     #[must_use]
+    #[inline(never)]
     pub const fn counters(&self) -> Counters {
         let [reports_lost, overruns] = self.identifier.reports_lost_and_overruns();
         // Those of the session hold what was counted before the clock went back.

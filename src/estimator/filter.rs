@@ -29,6 +29,8 @@ use nalgebra::Vector3;
 
 /// Length of a node, seconds.
 const NODE_S: f32 = 0.5;
+/// Length of an increment, microseconds.
+const INCREMENT_US: u64 = 40_000;
 /// Interval at which the effects are weighed, microseconds.
 const WEIGHED_EVERY_US: u64 = 5_000_000;
 
@@ -233,8 +235,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
                 *field /= self.course.field_unit;
             }
         }
-        let length_us = (increment.seconds.narrow() * 1e6) as u64;
-        self.course.weighed_us.get_or_insert(increment.end_us.saturating_sub(length_us));
+        self.course.weighed_us.get_or_insert(increment.end_us.saturating_sub(INCREMENT_US));
         let [force_rate, rate_change] = self.course.neighbours.derivatives(&increment, next);
         let (out, moment) = self.candidates.look_at(&increment, &rate_change, self.course.field_unit, &self.parameters);
         let gravity = (self.course.is_aligned && self.settings.noise.predicted_gravity).then(|| {

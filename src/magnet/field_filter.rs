@@ -110,6 +110,10 @@ impl FieldFilter {
         Vector3::new(self.x[IN_BODY], self.x[IN_BODY + 1], self.x[IN_BODY + 2])
     }
 
+    pub fn in_body_variances_ut2(&self) -> Vector3<f32> {
+        self.in_body_covariance().diagonal()
+    }
+
     pub fn in_body_covariance(&self) -> Matrix3<f32> {
         Matrix3::from_fn(|i, j| self.covariance.get(IN_BODY + i, IN_BODY + j))
     }

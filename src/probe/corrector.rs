@@ -164,52 +164,38 @@ fn value(reading: Reading) -> Vector3<f32> {
 /// Terms that are taken out of the readings, and the rate of the previous sample.
 pub(super) struct Corrector<T> {
     pub taken_out: T,
-    /// Compensated rate of the previous sample, for the angular acceleration.
-    last_rate_rad_s: Option<Vector3<f32>>,
+    /// Rate of the previous sample before it was compensated.
+    last_raw_rad_s: Option<Vector3<f32>>,
 }
 
 impl<T: TakenOut> Corrector<T> {
     /// All-zero value for a static before it is configured.
-    pub const ZERO: Self = Self { taken_out: T::ZERO, last_rate_rad_s: None };
+    pub const ZERO: Self = Self { taken_out: T::ZERO, last_raw_rad_s: None };
 
     /// Starts without effects.
     pub fn start(&mut self, config: &Config) {
         self.taken_out.start(config);
-        self.last_rate_rad_s = None;
+        self.last_raw_rad_s = None;
     }
 
-    /// Compensated rate of the previous sample; `rate_rad_s` at the first sample.
-    pub fn last_rate_or(&self, rate_rad_s: Vector3<f32>) -> Vector3<f32> {
-        self.last_rate_rad_s.unwrap_or(rate_rad_s)
+    /// Rate of the previous sample, compensated by the present model; at the first sample `rate_rad_s`. When the model
+    /// has changed, the step from one to the other is thus no angular acceleration.
+    pub fn rate_before(&self, model: &GyroModel, rate_rad_s: Vector3<f32>) -> Vector3<f32> {
+        self.last_raw_rad_s.map_or(rate_rad_s, |raw| model.compensate(raw.into()))
     }
 
-    /// Replaces the compensated rate of the previous sample by that of another gyro model.
-    pub fn model_changed(&mut self, rate_rad_s: Vector3<f32>) {
-        if let Some(last) = &mut self.last_rate_rad_s {
-            *last = rate_rad_s;
-        }
-    }
-
-    /// Angular acceleration over the `step_s` seconds that end with a compensated rate, rad/s^2.
-    pub fn acceleration_rad_s2(&self, rate_rad_s: &Vector3<f32>, step_s: f32) -> Vector3<f32> {
-        match self.last_rate_rad_s {
-            Some(last) if step_s > 0.0 => (rate_rad_s - last) / step_s,
-            _ => Vector3::zeros(),
-        }
-    }
-
-    /// Returns the sample's readings corrected by the effects; `rate` is its compensated rate, rad/s.
+    /// Returns the sample's readings corrected by the effects; `raw` is its rate before it was compensated, and
+    /// `motion` its compensated rate, rad/s, and the angular acceleration up to it, rad/s^2.
     pub fn correct(
         &mut self,
         library: &[&dyn Effect],
         sample: &Sample,
-        rate: &Vector3<f32>,
+        (raw, motion): (Vector3<f32>, [&Vector3<f32>; 2]),
         vectors: [Reading; 2],
         step_s: f32,
     ) -> Snapshot {
-        let acceleration_rad_s2 = self.acceleration_rad_s2(rate, step_s);
-        self.last_rate_rad_s = Some(*rate);
-        self.taken_out.correct(library, sample, [rate, &acceleration_rad_s2], vectors, step_s)
+        self.last_raw_rad_s = Some(raw);
+        self.taken_out.correct(library, sample, motion, vectors, step_s)
     }
 }
 

@@ -80,13 +80,6 @@ impl<T: TakenOut> Pipeline<T> {
         self.filter.gyro_delay_known(config.latency.gyro_s.is_some());
     }
 
-    /// Takes the rate of the sample before by another gyro model: the step from one to the other is no angular
-    /// acceleration.
-    pub fn model_changed(&mut self, model: &GyroModel) {
-        let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
-        self.corrector.model_changed(model.compensate(raw.into()));
-    }
-
     /// Computes rate and attitude of one sample, in which clipped readings are already flagged.
     pub fn step(&mut self, sample: &Sample, with: &With<'_>) -> Stepped {
         let With { config, model, library, step_s, .. } = *with;
@@ -102,10 +95,12 @@ impl<T: TakenOut> Pipeline<T> {
         let raw = Vector3::from(self.last_raw_rad_s) - self.filter.earth_rate_rad_s();
         let compensated = model.compensate(raw.into());
         let gyro = self.checks.rate(raw, sample);
-        let [accel, mag] = self.vectors(config, sample, &compensated, step_s);
+        let before = self.corrector.rate_before(model, compensated);
+        let acceleration = if step_s > 0.0 { (compensated - before) / step_s } else { Vector3::zeros() };
+        let motion = [&compensated, &acceleration];
+        let [accel, mag] = self.vectors(config, sample, motion);
         let mag = self.without_magnets(config, sample.t_us, [gyro, accel, mag]);
-        let before = self.corrector.last_rate_or(compensated);
-        let corrected = self.corrector.correct(library, sample, &compensated, [accel, mag], step_s);
+        let corrected = self.corrector.correct(library, sample, (raw, motion), [accel, mag], step_s);
         let rate = corrected.rate_rad_s;
 
         let period_s = config.sample_period_us as f32 * 1e-6;
@@ -166,19 +161,17 @@ impl<T: TakenOut> Pipeline<T> {
         [of_force, of_field + self.watch.offset_variances_ut2()]
     }
 
-    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time; `rate` is
-    /// compensated.
-    fn vectors(&self, config: &Config, sample: &Sample, rate: &Vector3<f32>, step_s: f32) -> [Reading; 2] {
+    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time, by the compensated rate and
+    /// the angular acceleration.
+    fn vectors(&self, config: &Config, sample: &Sample, [rate, acceleration]: [&Vector3<f32>; 2]) -> [Reading; 2] {
         let accel = self.checks.vector(Sensor::Accelerometer, &config.accel, sample);
         let mag = self.checks.vector(Sensor::Magnetometer, &config.mag, sample);
         let [accel_s, mag_s] = config.latency.behind_gyro_s();
         if accel_s == 0.0 && mag_s == 0.0 {
             return [accel, mag];
         }
-        let acceleration = self.corrector.acceleration_rad_s2(rate, step_s);
         let rate = rate - self.filter.residual_bias_rad_s();
-        [(accel, accel_s), (mag, mag_s)]
-            .map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, &acceleration))
+        [(accel, accel_s), (mag, mag_s)].map(|(reading, behind_s)| at_gyro_time(reading, behind_s, &rate, acceleration))
     }
 
     /// Returns the field less that of a magnet on the probe; the field is missing while a magnet is suspected, not

@@ -17,6 +17,7 @@ pub(super) struct Session {
     /// True from the first sample of a time base on.
     has_begun: bool,
     /// True if a stored model was restored.
+    #[cfg(feature = "storage")]
     pub is_restored: bool,
     /// True if the last sample began a new time base because the clock went back.
     pub began_afresh: bool,
@@ -66,6 +67,7 @@ impl Session {
         doubted_us: 0,
         refused: 0,
         has_begun: false,
+        #[cfg(feature = "storage")]
         is_restored: false,
         began_afresh: false,
         last_valid_us: 0,

@@ -21,13 +21,24 @@ pub const KEY_BYTES: usize = 32;
 
 /// Fewest different byte values in a key. 32 random bytes have fewer once in 10^24 times (256 choose 11, times (11 /
 /// 256)^32); unwritten memory, a counter or a repeated word has fewer.
-const LEAST_DIFFERENT: usize = 12;
+const LEAST_DIFFERENT: u32 = 12;
 
 /// Returns true if bytes can be a key that was drawn at random.
 #[must_use]
 pub fn can_be_key(bytes: &[u8; KEY_BYTES]) -> bool {
-    let firsts = bytes.iter().enumerate().filter(|(k, byte)| !bytes.iter().take(*k).any(|before| before == *byte));
-    firsts.count() >= LEAST_DIFFERENT
+    different_values(bytes) >= LEAST_DIFFERENT
+}
+
+// A slice of no known length: the loop is not unrolled.
+#[inline(never)]
+fn different_values(bytes: &[u8]) -> u32 {
+    let (mut seen, mut count) = ([0_u32; 8], 0);
+    for byte in bytes {
+        let Some(seen) = seen.get_mut(usize::from(byte >> 5)) else { continue };
+        count += u32::from(*seen & (1 << (byte & 31)) == 0);
+        *seen |= 1 << (byte & 31);
+    }
+    count
 }
 
 /// Factory's calibration of a probe's sensors, and its identity.

@@ -18,6 +18,21 @@ pub struct Provisioning<F> {
     region: F,
 }
 
+/// A record as it is written, and its length; `None` if it does not fit.
+struct Encoded {
+    bytes: [u8; MAX_RECORD],
+    granules: Option<u16>,
+}
+
+impl Encoded {
+    #[inline(never)]
+    fn of(record: &FactoryRecord) -> Self {
+        let mut bytes = [0; MAX_RECORD];
+        let granules = encode(&mut bytes, record.kind(), 1, 0, |writer| record.lay_out(writer));
+        Self { bytes, granules }
+    }
+}
+
 impl<F: NorFlash> Provisioning<F> {
     /// Takes a region; nothing is read or written yet.
     pub const fn new(region: F) -> Self {
@@ -29,12 +44,11 @@ impl<F: NorFlash> Provisioning<F> {
     /// # Errors
     /// [`StorageError::NotProvisioned`]: the region holds none of this kind; [`StorageError::AlreadyProvisioned`]: it
     /// holds a different one. Or the flash failed.
+    #[inline(never)]
     pub fn check(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
-        match FactoryRecords::read(&mut self.region)?.of_kind(record) {
-            Some(held) if held == *record => Ok(()),
-            Some(_) => Err(StorageError::AlreadyProvisioned),
-            None => Err(StorageError::NotProvisioned),
-        }
+        let held = FactoryRecords::read(&mut self.region)?.of_kind(record).ok_or(StorageError::NotProvisioned)?;
+        let is_same = Encoded::of(&held).bytes == Encoded::of(record).bytes;
+        if is_same { Ok(()) } else { Err(StorageError::AlreadyProvisioned) }
     }
 
     /// Writes a record and reads it back. Does nothing if the same record is there.
@@ -53,19 +67,19 @@ impl<F: NorFlash> Provisioning<F> {
             }
             _ => {}
         }
+        match self.check(record) {
+            Err(StorageError::NotProvisioned) => {}
+            held => return held,
+        }
         let records = FactoryRecords::read(&mut self.region)?;
-        match records.of_kind(record) {
-            Some(held) if held == *record => return Ok(()),
-            Some(_) => return Err(StorageError::AlreadyProvisioned),
-            None if records.key.is_some() => return Err(StorageError::AlreadyProvisioned),
-            None => {}
+        if records.key.is_some() {
+            return Err(StorageError::AlreadyProvisioned);
         }
         if !GRANULE.is_multiple_of(F::WRITE_SIZE) {
             return Err(StorageError::Geometry("of words of 1, 2, 4, 8, 16 or 32 bytes"));
         }
-        let mut bytes = [0; MAX_RECORD];
-        let granules = encode(&mut bytes, record.kind(), 1, 0, |writer| record.lay_out(writer))
-            .filter(|granules| records.free + granules <= GRANULES);
+        let Encoded { bytes, granules } = Encoded::of(record);
+        let granules = granules.filter(|granules| records.free + granules <= GRANULES);
         let Some(granules) = granules else { return Err(StorageError::Full) };
         let bytes = bytes.get(..usize::from(granules) * GRANULE).unwrap_or_default();
         program(&mut self.region, u32::from(records.free) * GRANULE as u32, bytes)?;

@@ -45,7 +45,7 @@ impl Offsets {
             }
         } else {
             self.base_ut = before.in_body();
-            self.base_variance_ut2 = before.in_body_covariance().diagonal();
+            self.base_variance_ut2 = before.in_body_variances_ut2();
         }
         let offset = after.in_body() - self.base_ut;
         let variance = covariance.diagonal() + self.base_variance_ut2;
@@ -75,7 +75,7 @@ impl Offsets {
 
     /// Holds a change that could not be told, as an offset in the body: by the way it leaves it may be told yet.
     pub fn hold_untold(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64) {
-        let variance = (after.in_body_covariance() + before.in_body_covariance()).diagonal();
+        let variance = after.in_body_variances_ut2() + before.in_body_variances_ut2();
         self.kept.hold_untold(HardIronInterval {
             from_us: edge_us,
             to_us: None,
@@ -89,10 +89,10 @@ impl Offsets {
     pub fn tell_afterwards(&mut self, [before, after]: [&FieldFilter; 2], edge_us: u64) -> bool {
         let Some(&came) = self.kept.untold() else { return false };
         let left = came.offset() + after.in_body() - before.in_body();
-        let spread = Matrix3::from_diagonal(&Vector3::from(came.sigma_ut).map(|sigma| sigma * sigma))
-            + after.in_body_covariance()
-            + before.in_body_covariance();
-        let is_told = is_same(&left, &spread);
+        let variance = Vector3::from(came.sigma_ut).map(|sigma| sigma * sigma)
+            + after.in_body_variances_ut2()
+            + before.in_body_variances_ut2();
+        let is_told = left.component_mul(&left).component_div(&variance).sum() < IN_A_HUNDRED;
         if is_told {
             self.kept.begin(came);
             self.kept.close(edge_us);
@@ -113,7 +113,7 @@ impl Offsets {
         if self.frozen || !self.kept.on {
             return;
         }
-        let variance = tracked.in_body_covariance().diagonal() + self.base_variance_ut2;
+        let variance = tracked.in_body_variances_ut2() + self.base_variance_ut2;
         if let Some(last) = self.kept.last_mut() {
             last.offset_ut = offset.into();
             last.sigma_ut = variance.map(libm::sqrtf).into();
@@ -123,6 +123,7 @@ impl Offsets {
 
 /// Returns true if a difference is insignificant: exceeded by chance, given its covariance, more than once in a
 /// hundred.
+#[inline(never)]
 fn is_same(difference: &Vector3<f32>, spread: &Matrix3<f32>) -> bool {
     Whitening::new(spread).is_some_and(|whitening| whitening.apply(difference).norm_squared() < IN_A_HUNDRED)
 }
