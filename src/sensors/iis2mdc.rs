@@ -69,12 +69,13 @@ impl<B: BusOperation> Part<1> for Iis2mdc<B> {
         const NOISE_UT: f32 = 0.3;
         PartData {
             name: "IIS2MDC",
-            source: "ST DS12305, magnetic and temperature characteristics; latency: half of the output period",
+            source: "ST DS12305, magnetic and temperature characteristics; AN5069, offset cancellation: each output is the mean of \
+                     two conversions, so that its latency is the output period",
             sensors: [SensorData {
                 full_scale: 4_915.2,
                 per_code: 0.15,
                 clip_code: i16::MAX.into(),
-                latency_s: [0.5 * PERIOD_S; 3],
+                latency_s: [PERIOD_S; 3],
                 // 3 mG rms over half the output rate.
                 noise_density: Some(NOISE_UT * libm::sqrtf(2.0 * PERIOD_S)),
             }],

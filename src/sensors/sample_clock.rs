@@ -150,6 +150,8 @@ impl SampleClock {
     /// Stamps a burst of `taken` frames, after which `left` are still in the part, taken at `now_us`.
     pub fn stamp(&mut self, now_us: u64, trigger: Trigger, taken: usize, left: u16) -> Stamps {
         let now = fixed(now_us);
+        // Frames that were counted before an interruption may be counted again.
+        let was_lossy = self.lossy;
         let (end, taken_now) = (self.end(now, trigger), self.taken_now(now, trigger));
         let (known, left) = (taken as i64 + i64::from(left), i64::from(left));
         let new = known - self.pending;
@@ -176,8 +178,8 @@ impl SampleClock {
         let before = self.newest.map_or(newest.t - new * self.period, |newest| newest.t);
         // Between two bursts without loss the frames are evenly spread, however the phase was corrected.
         let step = match new {
-            1 if lost == 0 => newest.t - before,
-            2.. if lost == 0 => (newest.t - before) / new,
+            1 if lost == 0 && !was_lossy => newest.t - before,
+            2.. if lost == 0 && !was_lossy => (newest.t - before) / new,
             _ => self.period,
         };
         self.newest = Some(newest);

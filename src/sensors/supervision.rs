@@ -73,6 +73,7 @@ impl<const V: usize> Supervision<V> {
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
         self.innovation = [Innovation::NEW; V];
+        self.was_frozen = false;
         self.clock.resynchronise();
         self.recovery.started(now_us);
     }
@@ -209,11 +210,13 @@ impl<const V: usize> Supervision<V> {
                 any_frozen = true;
                 continue;
             }
-            if doubt {
+            *clipped = codes.iter().any(|code| code.abs() >= sensor.clip_code);
+            // A blow jumps to the end of the range. As clipped the reading is as little used as a missing one, but the
+            // blow is counted, and nothing is put in its place.
+            if doubt && !*clipped {
                 add(&mut self.counters.implausible, 1);
                 continue;
             }
-            *clipped = codes.iter().any(|code| code.abs() >= sensor.clip_code);
             *vector = Some(self.mounting.body(codes.map(|code| code as f32 * sensor.per_code)));
         }
         if any_frozen && !self.was_frozen {

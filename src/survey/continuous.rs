@@ -116,10 +116,12 @@ fn angles(attitude: &Attitude, horizontal_ut: f32, earth: &Earth) -> Angles {
         attitude.sigma_toolface_rad
     } else {
         let of_tilt = inclination * c / sine;
-        let heading = azimuth * azimuth - of_tilt * of_tilt;
+        let without_tilt = azimuth * azimuth - of_tilt * of_tilt;
+        // The tilt is not equal in both directions; the azimuth's includes the heading's in any case.
+        let heading = if without_tilt > 0.0 { without_tilt } else { azimuth * azimuth };
         let cosine_plus_one = if c > -1.0 + 1e-6 { 1.0 + c } else { 1e-6 };
         let tilted = inclination * s / cosine_plus_one;
-        capped(libm::sqrtf(if heading > 0.0 { heading } else { 0.0 } + tilted * tilted))
+        capped(libm::sqrtf(heading + tilted * tilted))
     };
     Angles {
         angles: ToolAngles {

@@ -191,6 +191,8 @@ impl DynamicsWindow {
             Some(_) if hit || square >= 0.25 * level => Some(0.0),
             Some(quiet_s) => (quiet_s + step_s < config.shock_pause_s).then_some(quiet_s + step_s),
         };
+        // With gravity in it, which is no matter at the end of a range.
+        let square = if input.accel_clipped { Vector3::from(input.raw_accel_m_s2).norm_squared() } else { square };
         for (ratio, count) in SHOCK_LEVELS.iter().zip(&mut self.shocks_over).skip(self.shock_reached.into()) {
             if hit && square >= level * ratio * ratio {
                 *count = count.saturating_add(1);

@@ -228,6 +228,26 @@
 #define MWD_MAX_EFFECTS 8
 
 /**
+ * The field is not used while the magnet is there: it came after the probe was frozen and matches none known before.
+ */
+#define MWD_FIELD_WITHHELD 0
+
+/**
+ * The magnet's offset is taken out of the field.
+ */
+#define MWD_FIELD_CORRECTED 1
+
+/**
+ * The magnet came before the probe had turned. The field was used as it came; the magnet was told when it left.
+ */
+#define MWD_FIELD_TOLD_AFTERWARDS 2
+
+/**
+ * A newer library does something else about it.
+ */
+#define MWD_FIELD_OTHERWISE 3
+
+/**
  * Survey of the attitude filter at one sample.
  */
 #define MWD_SURVEY_CONTINUOUS 0
@@ -1004,6 +1024,32 @@ typedef struct {
 } MwdEffect;
 
 /**
+ * Interval in which a magnet was on the probe, an offset of the field that turns with it.
+ */
+typedef struct {
+    /**
+     * Time at which the offset came, microseconds.
+     */
+    uint64_t from_us;
+    /**
+     * Time at which it left or changed, microseconds; `UINT64_MAX` while it lasts.
+     */
+    uint64_t to_us;
+    /**
+     * Offset in the calibrated field, body frame, microtesla.
+     */
+    float offset_ut[3];
+    /**
+     * 1-sigma of each axis, microtesla.
+     */
+    float sigma_ut[3];
+    /**
+     * `MWD_FIELD_...`: use of the field meanwhile.
+     */
+    uint32_t field_use;
+} MwdHardIronInterval;
+
+/**
  * Value with its standard deviation, in the unit that the field's name ends with; both NaN if it is not known.
  */
 typedef struct {
@@ -1223,6 +1269,16 @@ MwdStatus mwd_probe_effects(const MwdProbe *probe,
                             MwdEffect *effects,
                             size_t room,
                             size_t *count);
+
+/**
+ * Writes a magnet's interval when it has begun, and again when it has ended. Call it after each sample.
+ * `MWD_STATUS_NOTHING`: there is no news.
+ *
+ * Pointers:
+ * `probe` is NULL or from `mwd_probe_init`; `interval` is NULL or leads to such a struct.
+ */
+MwdStatus mwd_probe_take_hard_iron_interval(MwdProbe *probe,
+                                            MwdHardIronInterval *interval);
 
 /**
  * Makes a surveyor without a configuration in `storage`, which has at least `MWD_SURVEYOR_SIZE` bytes and the

@@ -88,6 +88,9 @@ pub fn recording() -> PathBuf {
 /// # Errors
 /// The recording or the emulator fails, or a file cannot be written.
 pub fn run(args: &MainJobArgs) -> anyhow::Result<()> {
+    let report = args.html.clone().unwrap_or_else(|| UNNAMED_REPORT.into());
+    let outputs: Vec<&Path> = args.plot.as_deref().into_iter().chain([report.as_path()]).collect();
+    none_overwritten(&outputs, &[&recording()])?;
     let mut out = console::told();
     let trace = Trace::read(&recording())?;
     let config = of_trace(&trace);

@@ -206,6 +206,7 @@ fn has_result_on_stdout(arguments: &[OsString]) -> bool {
     let names_stdout = |option: &str, value: &str| OUTPUTS.contains(&option) && value == console::STDIO;
     let is_pair = |pair: &[Cow<'_, str>]| matches!(pair, [option, value] if names_stdout(option, value));
     arguments.windows(2).any(is_pair)
+        || arguments.iter().any(|argument| argument == "-o-")
         || arguments
             .iter()
             .filter_map(|argument| argument.split_once('='))

@@ -78,6 +78,7 @@ const fn after_trace_error(fault: &Fault) -> &'static str {
         }
         Fault::TruncatedGzip | Fault::DamagedGzip(_) => "copy the file anew from where it was recorded",
         Fault::NotWritten(_) => OF_FOLDER,
+        Fault::BadKey { .. } => "correct that line; docs/commands.md has a trace's keys and their units",
         _ => {
             "`cargo mwd import FILE -o TRACE.csv.gz` makes a trace of a foreign file; docs/commands.md has a trace's columns and keys"
         }

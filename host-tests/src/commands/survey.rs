@@ -59,10 +59,10 @@ pub struct SurveyArgs {
     #[arg(long, value_name = "DEPTH.csv")]
     pub depth: Option<PathBuf>,
     /// Distance from the bit to the tool, metres
-    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "depth")]
+    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "depth", value_parser = finite)]
     pub bit_to_tool: f64,
     /// Seconds to add to the depth file's clock to get the tool's
-    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "depth", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "depth", allow_negative_numbers = true, value_parser = finite)]
     pub clock: f64,
     /// Write every number of every station as CSV
     #[arg(long, value_name = "OUT.csv")]
@@ -272,13 +272,18 @@ fn no_stop(path: &Path, config: &SurveyConfig, taken: &[SurveyReport]) -> Failur
     Failure::BadInput(format!("{path}: no survey at rest: {why}"))
 }
 
+fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "must be a number".to_owned())?;
+    if number.is_finite() { Ok(number) } else { Err("must be a finite number".to_owned()) }
+}
+
 /// A trace is compressed, or its columns are those of samples.
 fn is_trace(path: &Path) -> Result<bool, Failure> {
     if path.extension().is_some_and(|extension| extension == "gz") {
         return Ok(true);
     }
     let text = text_of(path)?;
-    let header = unmarked(&text).lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let header = unmarked(&text).lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
     Ok(["t_s", "gx", "ax"].iter().all(|name| columns.contains(name)))
 }

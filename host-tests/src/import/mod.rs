@@ -43,7 +43,7 @@ use rotation_fit::fit;
 use series::{Series, series};
 use table::{Contents, Table};
 use units::Quantity;
-use unused_columns::unused_columns;
+use unused_columns::{each_once, unused_columns};
 
 use testbed::{
     failure::Failure,
@@ -73,13 +73,14 @@ pub struct Import {
 /// Description of what cannot be read or understood, with its file and place.
 pub fn import(sources: &[PathBuf], map: &ColumnMap, keys: &[(String, String)]) -> Result<Import, Failure> {
     let Contents { tables, lost, notes } = source::contents(sources, map.dialect)?;
-    let mut header = header(sources, &tables, map, keys)?;
+    let (mut header, left_out) = header(sources, &tables, map, keys)?;
     let mut parts = resolve(&tables, map)?;
     let mut all = parts.iter().map(|part| series(&tables, part)).collect::<Result<Vec<_>, _>>()?;
     let own = OwnColumns::of(&tables, &parts, &all);
+    each_once(&tables, &parts, &own)?;
     let unused = unused_columns(&tables, &parts, &own);
     let mut merged = merged(&parts, all.clone(), own)?;
-    merged.notes.extend(lost.iter().cloned().chain(notes).chain(unused));
+    merged.notes.extend(lost.iter().cloned().chain(notes).chain(left_out).chain(unused));
     if map.gyro.unit.is_none() {
         by_the_vectors(&mut parts, &mut all, &mut merged);
     }
@@ -127,14 +128,29 @@ impl Import {
     }
 }
 
-/// Keys of the trace: those above the source's header row, over them the map's, over them the command line's.
-fn header(sources: &[PathBuf], tables: &[Table], map: &ColumnMap, given: &[(String, String)]) -> Result<Keys, Failure> {
+/// Keys of the trace: those above the source's header row, over them the map's, over them the command line's; and a note
+/// on each line of a trace's own header that is left out.
+fn header(
+    sources: &[PathBuf],
+    tables: &[Table],
+    map: &ColumnMap,
+    given: &[(String, String)],
+) -> Result<(Keys, Vec<String>), Failure> {
     let names: Vec<String> =
         sources.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     let mut keys = Keys { source: Some(names.join(" ")), ..Keys::default() };
-    for (key, value) in tables.iter().flat_map(|table| &table.keys) {
-        // A logger's own comments may look like keys.
-        let _ = keys.assign(key, value);
+    let mut left_out = Vec::new();
+    for table in tables {
+        // A logger's own comments may look like keys; those of a trace are.
+        let is_trace = ["t_s", "gx", "ax"].iter().all(|name| table.column(name).is_some());
+        for (key, value) in &table.keys {
+            let why = match keys.assign(key, value) {
+                Ok(true) => continue,
+                Ok(false) => format!("{key} = {value}: no key of a trace's header"),
+                Err(fault) => fault.to_string(),
+            };
+            left_out.extend(is_trace.then(|| format!("left out of the header of {}: {why}", table.name)));
+        }
     }
     let of_map = map.keys.iter().map(|(key, value)| {
         let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
@@ -147,7 +163,7 @@ fn header(sources: &[PathBuf], tables: &[Table], map: &ColumnMap, given: &[(Stri
             return Err(Failure::BadInput(format!("{key} is no key of a trace's header; docs/commands.md lists them")));
         }
     }
-    Ok(keys)
+    Ok((keys, left_out))
 }
 
 /// Day of a clock that counts seconds since 1970; none of one that counts from elsewhere.

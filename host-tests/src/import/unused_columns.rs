@@ -8,9 +8,28 @@ use super::{
     resolve::{Resolved, unsigned},
     table::{Column, Table, listed},
 };
+use testbed::failure::Failure;
 
 /// Names that a note tells.
 const MOST: usize = 12;
+
+/// Refuses a column that is read and of which its table has two.
+///
+/// # Errors
+/// The table and the name.
+pub fn each_once(tables: &[Table], parts: &[Resolved], own: &OwnColumns) -> Result<(), Failure> {
+    let of_gyro = parts.first().and_then(|gyro| gyro.part.table.as_ref());
+    for table in tables {
+        let of_table = parts.iter().map(|part| &part.part).filter(|part| part.table.as_ref() == Some(&table.name));
+        let named = of_table.flat_map(|part| part.columns.iter().flatten().chain(&part.time)).map(String::as_str);
+        for name in named.chain(own.names().filter(|_| of_gyro == Some(&table.name))) {
+            if table.columns.iter().filter(|column| column.name == name || column.name == unsigned(name)).count() > 1 {
+                return Err(Failure::BadInput(format!("{}: two columns are named {name}: leave out one", table.name)));
+            }
+        }
+    }
+    Ok(())
+}
 
 /// A note for each table that something is read of, on the columns that nothing reads.
 #[must_use]

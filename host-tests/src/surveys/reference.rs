@@ -209,7 +209,11 @@ fn table(text: &str) -> Result<(Vec<[f64; 4]>, String, String), String> {
     let header = reader.headers().map_err(|error| error.to_string())?.clone();
     let column =
         |name: &str| header.iter().position(|column| column == name).ok_or_else(|| format!("lacks the column {name}"));
-    let columns = [column("tvd_m")?, column("field_nt")?, column("dip_deg")?, column("declination_deg")?];
+    let read = ["tvd_m", "field_nt", "dip_deg", "declination_deg"];
+    let [depth, field, dip, declination] = read;
+    let columns = [column(depth)?, column(field)?, column(dip)?, column(declination)?];
+    let written: Vec<String> = header.iter().map(str::to_owned).collect();
+    cells::each_once(&header, &written, read)?;
     let mut rows: Vec<[f64; 4]> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| cells::unread(&error))?;
@@ -221,6 +225,11 @@ fn table(text: &str) -> Result<(Vec<[f64; 4]>, String, String), String> {
         let [least, most] = FIELDS_NT;
         if !(least..=most).contains(&row[1]) {
             return Err(format!("line {line}: field_nt = {}: must be from {least} to {most} nanotesla", row[1]));
+        }
+        for (name, value, most) in [("dip_deg", row[2], 90.0), ("declination_deg", row[3], 180.0)] {
+            if value.abs() > most {
+                return Err(format!("line {line}: {name} = {value}: must be from -{most} to {most}"));
+            }
         }
         row[1] *= 1e-3;
         if rows.last().is_some_and(|last| row[0] <= last[0]) {

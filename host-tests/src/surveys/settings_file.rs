@@ -6,6 +6,7 @@ use super::{
     settings::{ReferenceSettings, RunSettings, one_line},
 };
 use crate::earth::{field_at_depth::within_half_a_turn, grid::Grid, reference_field::day};
+use meerkat_mwd::config::SurveyConfig;
 use testbed::failure::Failure;
 
 /// Total field, nanotesla: it is within 22,000 and 67,000 at the surface (World Magnetic Model 2025), and rock and
@@ -49,6 +50,7 @@ fn checked(run: &RunSettings) -> Result<(), String> {
         is_day("date", date)?;
     }
     reference(&run.reference)?;
+    errors(run)?;
     grid(run)?;
     run.sag.as_ref().map_or(Ok(()), sag)
 }
@@ -76,6 +78,19 @@ fn reference(settings: &ReferenceSettings) -> Result<(), String> {
     within("reference.dip_deg", Some(*dip_deg), [-90.0, 90.0])?;
     within("reference.declination_deg", Some(*declination_deg), [-180.0, 180.0])?;
     within("reference.gravity_m_s2", *gravity_m_s2, GRAVITIES_M_S2)
+}
+
+/// Every number of an error model is a size.
+fn errors(run: &RunSettings) -> Result<(), String> {
+    let sized = SurveyConfig { errors: run.errors, ..SurveyConfig::default() }.validate();
+    sized.map_err(|error| format!("{}: must be {}", error.field.trim_start_matches("survey."), error.must_be))?;
+    let analysis = toml::Table::try_from(run.multi_station).map_err(|error| error.to_string())?;
+    for (name, value) in &analysis {
+        if value.as_float().is_some_and(|value| !value.is_finite() || value <= 0.0) {
+            return Err(format!("multi_station.{name} = {value}: must be finite and above 0"));
+        }
+    }
+    Ok(())
 }
 
 fn grid(run: &RunSettings) -> Result<(), String> {

@@ -73,6 +73,10 @@ impl AttitudeFilter {
         }
         covariance.m11 += north;
         covariance.m22 += east;
+        // A force that leans one way turns the tilt about one axis.
+        let together = self.tilt.doubt_rad.x * self.tilt.doubt_rad.y;
+        covariance.m12 -= together;
+        covariance.m21 -= together;
         covariance.m33 += self.heading.doubt() + turned;
         // A tilt that the force contradicts turns the heading that the field gave by the tangent of its dip.
         let (_, sine, cosine) = self.heading.reference().dip();

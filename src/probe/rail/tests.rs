@@ -21,6 +21,14 @@ fn a_steady_turn_whose_noise_is_below_the_resolution_is_no_rail() {
 }
 
 #[test]
+fn an_outlier_hides_no_rail_for_ever() {
+    let mut rail = Rail::zero();
+    rail.update(40.0);
+    (0..70_000).for_each(|k| assert!(!rail.update((k % 100) as f32 * 0.01)));
+    assert_eq!((0..15).filter(|_| rail.update(34.9)).count(), 5);
+}
+
+#[test]
 fn ten_repeats_of_the_largest_reading_are_a_rail_and_no_others() {
     let mut rail = Rail::zero();
     let seen = (0..15).filter(|_| rail.update(-4.0)).count();
