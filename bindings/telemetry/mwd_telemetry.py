@@ -89,7 +89,10 @@ class Reader:
         if kind == "bool":
             return self.tag()
         if kind == "text":
-            return self.take(self.varint(32)).decode()
+            try:
+                return self.take(self.varint(32)).decode()
+            except UnicodeDecodeError as error:
+                raise Malformed("no UTF-8") from error
         sort, members = LAYOUT.types[kind]
         if sort == "struct":
             return {name: self.value(of) for name, of in members}

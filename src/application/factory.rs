@@ -43,11 +43,12 @@ impl<B: Board> Application<'_, B> {
     /// Writes a record and uses it from now on; a calibration starts the pipeline afresh. A record that the region
     /// holds already changes nothing.
     pub(super) fn provision(&mut self, record: &FactoryRecord, only_check: bool) -> Result<(), CommandRefusal> {
-        let held = self.board.provision(record, true);
-        if only_check || held.is_ok() {
+        match self.board.provision(record, true) {
+            // It can be written.
+            Err(CommandRefusal::NothingThere) if !only_check => {}
             // The record that the region holds is in use already: to use it again would start a flight anew for whoever
-            // sends it.
-            return held;
+            // sends it. What cannot be written changes nothing.
+            held => return held,
         }
         if let (FactoryRecord::Calibration(_) | FactoryRecord::Mounting(_), Some(memory)) =
             (record, &mut self.statics.memory)

@@ -61,6 +61,8 @@ impl<F: NorFlash> Memory<F> {
         // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
         // failures.
         let memory = place.write(Self::open(flash, config)?);
+        // What is kept is what may fly with the configuration to come.
+        memory.apply_commands(&mut { *config });
         let _ = memory.prepare(NotDrilling::PowerUp, &mut feed);
         Ok(memory)
     }
@@ -218,10 +220,13 @@ impl<F: NorFlash> Memory<F> {
     /// Ends what commands have set: the next start is with the factory's configuration.
     #[inline(never)]
     pub(super) fn forget_commands(&mut self) -> Result<(), CommandRefusal> {
-        for command in [StoredCommand::Configure, StoredCommand::ConfigureSurvey] {
-            if self.store.read_command(command).is_some() {
-                self.store.store_command(command, &[]).map_err(refusal)?;
-            }
+        if self.store.is_writing() {
+            return Err(CommandRefusal::Busy);
+        }
+        let mut is_set = |command| self.store.read_command(command).is_some_and(|(_, bytes)| !bytes.is_empty());
+        if is_set(StoredCommand::Configure) || is_set(StoredCommand::ConfigureSurvey) {
+            // One record, so that no cut leaves one of two settings.
+            self.store.store_command(StoredCommand::Configure, &[]).map_err(refusal)?;
         }
         Ok(())
     }
@@ -235,6 +240,10 @@ impl<F: NorFlash> Memory<F> {
                 continue;
             };
             newest = number;
+            if bytes.is_empty() {
+                // It ended what was set before it.
+                continue;
+            }
             // Checked as when it came, for the program may have other bounds than the one that stored it.
             match Command::of_bytes(bytes).filter(|command| command.check(0).is_ok()) {
                 Some(Command::Configure(stored)) => *config = stored,

@@ -29,7 +29,7 @@ impl StoredCommand {
 
 impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     /// Stores a command's bytes at once, for use while nothing is sampled. The one before counts until this one is
-    /// whole. Empty bytes end its validity: then there is none.
+    /// whole. Empty bytes say that nothing is set any more.
     ///
     /// # Errors
     /// The one before stays. `Busy`: another record is being written. `Full`: it is too long, or there is no room
@@ -45,11 +45,11 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
     }
 
     /// Returns a command's bytes, and the number of their record, which is higher the later it was stored; `None` if
-    /// none was stored, or by a firmware that lays it out otherwise.
+    /// none was stored, or by a firmware that lays it out otherwise, or while a record is being written.
     #[inline(never)]
     pub fn read_command(&mut self, command: StoredCommand) -> Option<(u32, &[u8])> {
         let header = self.read_newest(command.kind())?;
         let bytes = header.payload(&self.buffer).filter(|_| header.version == COMMANDS)?;
-        (!bytes.is_empty()).then_some((header.number, bytes))
+        Some((header.number, bytes))
     }
 }

@@ -35,9 +35,13 @@ impl<F: NorFlash, const SECTORS: usize> ModelStore<F, SECTORS> {
         Ok(())
     }
 
-    /// Reads the newest whole record of a kind into the buffer; `None` if there is none.
+    /// Reads the newest whole record of a kind into the buffer; `None` if there is none, and while the buffer holds a
+    /// record that is being written.
     #[inline(never)]
     pub(super) fn read_newest(&mut self, kind: Kind) -> Option<Header> {
+        if self.is_writing() {
+            return None;
+        }
         loop {
             let newest = self.index.newest.of(kind);
             let (_, place) = newest?;

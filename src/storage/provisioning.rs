@@ -42,11 +42,15 @@ impl<F: NorFlash> Provisioning<F> {
     /// Compares a record with what the region holds.
     ///
     /// # Errors
-    /// [`StorageError::NotProvisioned`]: the region holds none of this kind; [`StorageError::AlreadyProvisioned`]: it
-    /// holds a different one. Or the flash failed.
+    /// [`StorageError::NotProvisioned`]: the region holds none of this kind, and this one can be written;
+    /// [`StorageError::AlreadyProvisioned`]: it holds a different one, or a key has closed it. The record is invalid, or
+    /// the flash failed.
     #[inline(never)]
     pub fn check(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
-        let held = FactoryRecords::read(&mut self.region)?.of_kind(record).ok_or(StorageError::NotProvisioned)?;
+        is_valid(record)?;
+        let records = FactoryRecords::read(&mut self.region)?;
+        let free = if records.key.is_some() { StorageError::AlreadyProvisioned } else { StorageError::NotProvisioned };
+        let held = records.of_kind(record).ok_or(free)?;
         let is_same = Encoded::of(&held).bytes == Encoded::of(record).bytes;
         if is_same { Ok(()) } else { Err(StorageError::AlreadyProvisioned) }
     }
@@ -57,24 +61,11 @@ impl<F: NorFlash> Provisioning<F> {
     /// A different record of its kind is there, or a key has closed the region; the record is invalid; or the flash
     /// failed: then the write can be repeated.
     pub fn write(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
-        match record {
-            FactoryRecord::Key(key) if !can_be_key(&key.0) => return Err(StorageError::WeakKey),
-            FactoryRecord::Calibration(calibration) if !calibration.is_valid() => {
-                return Err(StorageError::Implausible(super::Implausible::NotAModel));
-            }
-            FactoryRecord::Mounting(mounting) if !mounting.is_valid() => {
-                return Err(StorageError::Implausible(super::Implausible::NotAModel));
-            }
-            _ => {}
-        }
         match self.check(record) {
             Err(StorageError::NotProvisioned) => {}
             held => return held,
         }
         let records = FactoryRecords::read(&mut self.region)?;
-        if records.key.is_some() {
-            return Err(StorageError::AlreadyProvisioned);
-        }
         if !GRANULE.is_multiple_of(F::WRITE_SIZE) {
             return Err(StorageError::Geometry("of words of 1, 2, 4, 8, 16 or 32 bytes"));
         }
@@ -93,4 +84,14 @@ impl<F: NorFlash> Provisioning<F> {
     pub fn into_region(self) -> F {
         self.region
     }
+}
+
+fn is_valid<E>(record: &FactoryRecord) -> Result<(), StorageError<E>> {
+    let is_model = match record {
+        FactoryRecord::Key(key) if !can_be_key(&key.0) => return Err(StorageError::WeakKey),
+        FactoryRecord::Key(_) => true,
+        FactoryRecord::Calibration(calibration) => calibration.is_valid(),
+        FactoryRecord::Mounting(mounting) => mounting.is_valid(),
+    };
+    if is_model { Ok(()) } else { Err(StorageError::Implausible(super::Implausible::NotAModel)) }
 }

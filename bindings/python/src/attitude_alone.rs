@@ -110,7 +110,8 @@ fn filtered(
             inner.gap(period_s);
         }
         let force = Some(three(acc, row)).filter(is_there);
-        let field = mag.map(|mag| three(mag, row)).filter(is_there);
+        // The filter takes no field of zeros either.
+        let field = mag.map(|mag| three(mag, row)).filter(|field| is_there(field) && *field != Vector3::zeros());
         inner.observe(force.as_ref(), field.as_ref());
         let attitude = inner.attitude(AttitudeFlags::empty());
         Row {

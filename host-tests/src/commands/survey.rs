@@ -283,7 +283,8 @@ fn is_trace(path: &Path) -> Result<bool, Failure> {
         return Ok(true);
     }
     let text = text_of(path)?;
-    let header = unmarked(&text).lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let header =
+        unmarked(&text).lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let columns: Vec<&str> = header.split(',').map(str::trim).collect();
     Ok(["t_s", "gx", "ax"].iter().all(|name| columns.contains(name)))
 }

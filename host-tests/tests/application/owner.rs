@@ -207,6 +207,38 @@ fn what_commands_have_set_holds_after_a_start() {
     }
 }
 
+/// A full scale of 5 m/s^2 (g in the place of m/s^2) makes every reading a clipped one, so that no rest is ever seen; it
+/// is valid. A mounting that cannot be one needs no key.
+#[test]
+fn settings_that_hide_every_rest_can_be_ended_and_a_refused_record_ends_none() {
+    let mut wrong = Config { survey: SurveyConfig { settle_s: 1.0, ..SurveyConfig::default() }, ..Config::default() };
+    wrong.full_scale.accel_m_s2 = Some(5.0);
+    let no_mounting = FactoryRecord::Mounting(Mounting { toolface_offset_rad: f32::NAN });
+    let refused =
+        [Command::Provision { record: no_mounting, only_check: false }, Command::Configure(Config::default())];
+    let mut flash = MockFlash::new(3, 2);
+    let mut power_up = |commands: &[(u16, &Command)]| {
+        let frames =
+            commands.iter().map(|(number, command)| (u64::from(*number) * 5_000_000, signed(*number, command)));
+        let line = line_of(frames.collect());
+        let seen = fly(Desk { line, flash: Some(flash.clone()), ..Desk::default() }, 25);
+        flash = seen.flash.clone().unwrap();
+        flash.power_up();
+        let answers = commands.iter().map(|(number, _)| answer(&seen.messages, *number).map(|(_, outcome)| outcome));
+        (boots(&seen).next().unwrap(), answers.flatten().collect::<Vec<_>>())
+    };
+    let (factory, done) = power_up(&[(1, &Command::Configure(wrong))]);
+    assert_eq!(done, [Outcome::Accepted]);
+    let (flown, done) = power_up(&[(2, &refused[0]), (3, &refused[1])]);
+    assert_eq!(flown, wrong);
+    let [of_mounting, of_configuration] =
+        [CommandRefusal::Malformed, CommandRefusal::WhileDrilling].map(Outcome::Refused);
+    assert_eq!(done, [of_mounting, of_configuration]);
+    let (flown, done) = power_up(&[(4, &Command::Erase { what: Erasure::Settings })]);
+    assert_eq!((flown, done), (wrong, vec![Outcome::Accepted]));
+    assert_eq!(power_up(&[]).0, factory);
+}
+
 /// Configurations that the probe says it flies.
 fn boots(seen: &Seen) -> impl Iterator<Item = Config> {
     seen.messages.iter().filter_map(|(_, message)| match message {

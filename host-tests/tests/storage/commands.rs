@@ -56,7 +56,7 @@ fn what_was_set_last_outlives_models_counters_and_erasures() {
                 prepare(&mut store);
                 store.store_command(BOTH[1], &[]).unwrap();
             });
-            set[1] = None;
+            set[1] = Some(vec![]);
         }
         assert_eq!(read(&mut store), set, "round {round}");
         let model = dice.model(3, (round % 4) as usize, round);
