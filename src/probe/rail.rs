@@ -27,6 +27,8 @@ impl Rail {
 
     /// Takes a reading. Returns true if it is at the rail. A largest reading that does not come again within 65,535
     /// readings, some minutes, was an outlier and no rail.
+    // Once in the program: it is called for each axis.
+    #[inline(never)]
     pub fn update(&mut self, x: f32) -> bool {
         let size = libm::fabsf(x);
         self.unmet = self.unmet.saturating_add(1);

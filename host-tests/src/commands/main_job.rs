@@ -14,6 +14,7 @@ use meerkat_mwd::{
 };
 
 use crate::{
+    commands::same_file::none_overwritten,
     diagnosis::diagnosed,
     layout::{Layout, named},
     report::{
