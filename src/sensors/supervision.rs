@@ -73,7 +73,6 @@ impl<const V: usize> Supervision<V> {
         self.started_us = Some(now_us);
         self.settling = self.data.settling_frames;
         self.innovation = [Innovation::NEW; V];
-        self.was_frozen = false;
         self.clock.resynchronise();
         self.recovery.started(now_us);
     }

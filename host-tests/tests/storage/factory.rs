@@ -58,7 +58,7 @@ fn with_the_key_a_probe_is_closed() {
     provisioning.write(&key).unwrap();
     for record in [calibration, mounting] {
         assert_eq!(provisioning.write(&record), Err(StorageError::AlreadyProvisioned));
-        assert_eq!(provisioning.check(&record), Err(StorageError::NotProvisioned));
+        assert_eq!(provisioning.check(&record), Err(StorageError::AlreadyProvisioned), "it cannot be written any more");
     }
 }
 
