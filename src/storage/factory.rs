@@ -29,7 +29,7 @@ pub fn can_be_key(bytes: &[u8; KEY_BYTES]) -> bool {
     different_values(bytes) >= LEAST_DIFFERENT
 }
 
-// A slice of no known length: the loop is not unrolled.
+// Once in the program.
 #[inline(never)]
 fn different_values(bytes: &[u8]) -> u32 {
     let (mut seen, mut count) = ([0_u32; 8], 0);
