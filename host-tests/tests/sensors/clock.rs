@@ -111,6 +111,28 @@ fn an_overrun_is_counted_and_the_rest_has_its_time() {
     }
 }
 
+/// A part tells its overrun until its FIFO is empty, and there is room for a few readings at a time: what waits has its
+/// own time.
+#[test]
+fn a_backlog_after_an_overrun_that_lasts_has_its_time() {
+    for seed in 0..20 {
+        let world = World::new(seed);
+        world.borrow_mut().overrun_lasts = true;
+        let mut source = Supervised::new(FakePart(world.clone()), Mounting::ALIGNED);
+        let mut readings = Vec::new();
+        let stall_ms = 2_000..2_400 + 60 * seed as u32;
+        for ms in (0..6_000).step_by(5).filter(|ms| !stall_ms.contains(ms)) {
+            world.borrow_mut().advance_to(f64::from(ms) * 1e3);
+            let mut out = heapless::Vec::<_, 10>::new();
+            let _ = source.read(u64::from(ms) * 1_000, Trigger::Polled, &mut out);
+            readings.extend(out);
+        }
+        let latest = readings.iter().map(|reading| lateness_us(reading).abs()).fold(0.0, f64::max);
+        assert!(latest < 1.05 * f64::from(PERIOD_US), "{seed}: {latest} us");
+        assert!(readings.len() > 700, "{seed}: {}", readings.len());
+    }
+}
+
 /// Room for a few readings only: the rest stays in the part and comes with its own time.
 #[test]
 fn what_has_no_room_stays_in_the_part() {

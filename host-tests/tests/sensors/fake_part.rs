@@ -35,6 +35,8 @@ pub struct World {
     fifo: VecDeque<Frame<2>>,
     last: Frame<2>,
     overrun: bool,
+    /// True if the overrun is told until the FIFO is empty.
+    pub overrun_lasts: bool,
     random: Xoshiro128PlusPlus,
 }
 
@@ -58,6 +60,7 @@ impl World {
             fifo: VecDeque::new(),
             last: Frame::default(),
             overrun: false,
+            overrun_lasts: false,
             random: Xoshiro128PlusPlus::seed_from_u64(seed),
         }))
     }
@@ -165,10 +168,11 @@ impl Part<2> for FakePart {
         if world.bus_fails {
             return Err(BusFailed);
         }
-        burst.overrun = std::mem::take(&mut world.overrun);
+        burst.overrun = world.overrun;
         if world.ready_is_stuck {
             burst.push(world.last);
             world.fifo.clear();
+            world.overrun = false;
             return Ok(());
         }
         for _ in 0..BURST_FRAMES {
@@ -176,6 +180,7 @@ impl Part<2> for FakePart {
             burst.push(frame);
         }
         burst.left = world.fifo.len() as u16;
+        world.overrun &= world.overrun_lasts && burst.left > 0;
         Ok(())
     }
 

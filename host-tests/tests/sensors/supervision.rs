@@ -54,6 +54,17 @@ impl Run {
 }
 
 #[test]
+fn a_blow_to_the_end_of_the_range_that_lasts_one_sample_is_clipped() {
+    let mut run = Run::new(2);
+    for ms in (1_000..3_000).step_by(500) {
+        run.until_ms(ms).but(|world| world.clipped = true).until_ms(ms + 5).but(|world| world.clipped = false);
+    }
+    run.until_ms(4_000);
+    let clipped = run.readings.iter().filter(|reading| reading.flags.contains(SampleFlags::GYRO_CLIPPED));
+    assert_eq!(clipped.count(), 4);
+}
+
+#[test]
 fn a_reset_is_found_before_its_frames_are_believed_and_the_part_started_anew() {
     let mut run = Run::new(1);
     run.until_ms(1_000).but(World::reset).until_ms(3_000);

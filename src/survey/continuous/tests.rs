@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::rotation::{exp_quaternion, matrix, rotate_back};
+use core::f32::consts::FRAC_PI_2;
 use nalgebra::Matrix3;
 
 /// Attitude as the filter states it for a covariance with equal tilt in both directions.
@@ -39,6 +40,27 @@ fn both_toolface_sigmas_are_those_of_the_filters_covariance() {
                 assert!((got / want - 1.0).abs() < 0.01, "{inclination} {near_vertical}: {got} {want}");
             }
         }
+    }
+}
+
+/// A hole to the east, whose tilt is uncertain about north alone: inclination does not show it, and azimuth does.
+#[test]
+fn a_magnetic_toolface_is_not_surer_than_the_heading_where_the_tilts_differ() {
+    let q = exp_quaternion(&Vector3::new(0.0, 0.0, FRAC_PI_2)) * exp_quaternion(&Vector3::new(0.0, 0.35, 0.0));
+    for [north, east] in [[2.5e-3, 1e-6], [1e-6, 2.5e-3]] {
+        let covariance = Matrix3::from_diagonal(&Vector3::new(north, east, 2.7e-3));
+        let (is, sigmas) = (ToolAngles::of(&matrix(&q)), ToolAngleSigmas::of(&matrix(&q), &covariance));
+        let stated = Attitude {
+            q: [q.w, q.i, q.j, q.k],
+            inclination_rad: is.inclination_rad,
+            azimuth_rad: is.azimuth_rad,
+            sigma_inclination_rad: sigmas.inclination_rad,
+            sigma_azimuth_rad: sigmas.azimuth_rad,
+            sigma_toolface_rad: sigmas.gravity_toolface_rad,
+            ..attitude(0.0, 0.35, 0.0, false).0
+        };
+        let ours = angles(&stated, 20.0, &Earth::default()).sigmas.magnetic_toolface_rad;
+        assert!(ours > 0.9 * sigmas.magnetic_toolface_rad, "{ours} {}", sigmas.magnetic_toolface_rad);
     }
 }
 

@@ -96,6 +96,22 @@ fn clipping_is_a_shock_and_a_window_without_readings_claims_nothing() {
 }
 
 #[test]
+fn a_clipped_blow_counts_at_every_level_that_the_range_reaches() {
+    let (earth, config) = (Earth::default(), DynamicsConfig::default());
+    // Ranges of 32, 80 and 320 g.
+    for (range_m_s2, shocks_over) in [(313.8, [1, 0, 0]), (784.5, [1, 1, 0]), (3_138.0, [1, 1, 1])] {
+        let mut dynamics = DynamicsWindow::new();
+        let at = |k: u64| {
+            let clips =
+                SurveyInput { accel_clipped: true, raw_accel_m_s2: [0.0, -range_m_s2, 30.0], ..Default::default() };
+            SurveyInput { t_us: k * STEP_US, ..if k == 1_000 { clips } else { SurveyInput::default() } }
+        };
+        let d = (1..10_000).find_map(|k| dynamics.push(&at(k), &earth, &config, ROTATING_RAD_S)).unwrap();
+        assert_eq!((d.shocks, d.shocks_over), (1, shocks_over), "{range_m_s2}");
+    }
+}
+
+#[test]
 fn peaks_are_told_apart_and_shocks_count_at_every_level_that_they_reach() {
     // Blows along the axis of 15, 30, 60 and 120 g in turn, two seconds apart, each of a hundredth of a second, over a
     // vibration of 3 m/s^2 across.
