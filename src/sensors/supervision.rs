@@ -201,8 +201,8 @@ impl<const V: usize> Supervision<V> {
         let mut any_frozen = false;
         let doubts = self.doubts(frame);
         let sensors = self.data.sensors.iter().zip(&mut self.frozen).zip(frame.codes.into_iter().zip(doubts));
-        for ((vector, clipped), ((sensor, frozen), (codes, doubt))) in
-            scaled.vectors.iter_mut().zip(&mut scaled.clipped).zip(sensors)
+        for (place, ((vector, clipped), ((sensor, frozen), (codes, doubt)))) in
+            scaled.vectors.iter_mut().zip(&mut scaled.clipped).zip(sensors).enumerate()
         {
             let Some(codes) = codes else { continue };
             if frozen.sees(codes, sensor.clip_code, self.data.frozen_frames) {
@@ -210,9 +210,10 @@ impl<const V: usize> Supervision<V> {
                 continue;
             }
             *clipped = codes.iter().any(|code| code.abs() >= sensor.clip_code);
-            // A blow jumps to the end of the range. As clipped the reading is as little used as a missing one, but the
-            // blow is counted, and nothing is put in its place.
-            if doubt && !*clipped {
+            // A blow on the accelerometer jumps to the end of the range. As clipped the reading is as little used as a
+            // missing one, but the blow is counted, and nothing is put in its place.
+            if doubt && !(*clipped && place == ACCELEROMETER) {
+                *clipped = false;
                 add(&mut self.counters.implausible, 1);
                 continue;
             }
@@ -228,6 +229,9 @@ impl<const V: usize> Supervision<V> {
         scaled
     }
 }
+
+/// Place of the accelerometer, behind the gyro.
+const ACCELEROMETER: usize = 1;
 
 /// Innovations always believed in one frame, SI, whether motion or a flipped bit caused them. Gyro: a turn of the
 /// attitude by 0.1 deg within a period, on all three axes together. Accelerometer and magnetometer: an innovation

@@ -27,6 +27,7 @@ pub struct World {
     pub frozen: bool,
     pub dead_axis: Option<usize>,
     pub clipped: bool,
+    pub is_hit: bool,
     pub ready_is_stuck: bool,
     pub starts: Vec<f64>,
     /// Frames that were put out since the beginning.
@@ -53,6 +54,7 @@ impl World {
             frozen: false,
             dead_axis: None,
             clipped: false,
+            is_hit: false,
             ready_is_stuck: false,
             starts: Vec::new(),
             put_out: 0,
@@ -78,7 +80,10 @@ impl World {
     fn measure(&mut self) -> Frame<2> {
         let time = (self.next_us * 0.1) as i32;
         let mut gyro = [time, self.noise(), self.noise()];
-        let accel = [self.noise(), self.noise(), self.noise()];
+        let mut accel = [self.noise(), self.noise(), self.noise()];
+        if self.is_hit {
+            accel[2] = -GYRO_CLIP;
+        }
         if let Some(axis) = self.dead_axis {
             gyro[axis] = 7;
         }

@@ -57,10 +57,10 @@ impl Run {
 fn a_blow_to_the_end_of_the_range_that_lasts_one_sample_is_clipped() {
     let mut run = Run::new(2);
     for ms in (1_000..3_000).step_by(500) {
-        run.until_ms(ms).but(|world| world.clipped = true).until_ms(ms + 5).but(|world| world.clipped = false);
+        run.until_ms(ms).but(|world| world.is_hit = true).until_ms(ms + 5).but(|world| world.is_hit = false);
     }
     run.until_ms(4_000);
-    let clipped = run.readings.iter().filter(|reading| reading.flags.contains(SampleFlags::GYRO_CLIPPED));
+    let clipped = run.readings.iter().filter(|reading| reading.flags.contains(SampleFlags::ACCEL_CLIPPED));
     assert_eq!(clipped.count(), 4);
 }
 
