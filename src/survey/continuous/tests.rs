@@ -7,9 +7,18 @@ use nalgebra::Matrix3;
 
 /// Attitude as the filter states it for a covariance with equal tilt in both directions.
 fn attitude(azimuth: f32, inclination: f32, toolface: f32, near_vertical: bool) -> (Attitude, ToolAngleSigmas) {
+    stated([4e-6, 4e-6, 1e-4], [azimuth, inclination, toolface], near_vertical)
+}
+
+/// Attitude as the filter states it for these variances about north, east and down, rad^2.
+fn stated(
+    variances: [f32; 3],
+    [azimuth, inclination, toolface]: [f32; 3],
+    near_vertical: bool,
+) -> (Attitude, ToolAngleSigmas) {
     let about = |x: f32, y: f32, z: f32| exp_quaternion(&Vector3::new(x, y, z));
     let q = about(0.0, 0.0, azimuth) * about(0.0, inclination, 0.0) * about(0.0, 0.0, toolface);
-    let covariance = Matrix3::from_diagonal(&Vector3::new(4e-6, 4e-6, 1e-4));
+    let covariance = Matrix3::from_diagonal(&Vector3::from(variances));
     let (angles, sigmas) = (ToolAngles::of(&matrix(&q)), ToolAngleSigmas::of(&matrix(&q), &covariance));
     let mut flags = AttitudeFlags::empty();
     flags.set(AttitudeFlags::NEAR_VERTICAL, near_vertical);
@@ -46,20 +55,9 @@ fn both_toolface_sigmas_are_those_of_the_filters_covariance() {
 /// A hole to the east, whose tilt is uncertain about north alone: inclination does not show it, and azimuth does.
 #[test]
 fn a_magnetic_toolface_is_not_surer_than_the_heading_where_the_tilts_differ() {
-    let q = exp_quaternion(&Vector3::new(0.0, 0.0, FRAC_PI_2)) * exp_quaternion(&Vector3::new(0.0, 0.35, 0.0));
     for [north, east] in [[2.5e-3, 1e-6], [1e-6, 2.5e-3]] {
-        let covariance = Matrix3::from_diagonal(&Vector3::new(north, east, 2.7e-3));
-        let (is, sigmas) = (ToolAngles::of(&matrix(&q)), ToolAngleSigmas::of(&matrix(&q), &covariance));
-        let stated = Attitude {
-            q: [q.w, q.i, q.j, q.k],
-            inclination_rad: is.inclination_rad,
-            azimuth_rad: is.azimuth_rad,
-            sigma_inclination_rad: sigmas.inclination_rad,
-            sigma_azimuth_rad: sigmas.azimuth_rad,
-            sigma_toolface_rad: sigmas.gravity_toolface_rad,
-            ..attitude(0.0, 0.35, 0.0, false).0
-        };
-        let ours = angles(&stated, 20.0, &Earth::default()).sigmas.magnetic_toolface_rad;
+        let (attitude, sigmas) = stated([north, east, 2.7e-3], [FRAC_PI_2, 0.35, 0.0], false);
+        let ours = angles(&attitude, 20.0, &Earth::default()).sigmas.magnetic_toolface_rad;
         assert!(ours > 0.9 * sigmas.magnetic_toolface_rad, "{ours} {}", sigmas.magnetic_toolface_rad);
     }
 }
