@@ -54,7 +54,7 @@ impl NodeEnd {
         };
         let attitude = filter.node.attitude;
         let agreement = filter.update.assemble(&mut filter.node, &taken);
-        if agreement.field == Readings::Used && filter.settings.noise.field_is_even {
+        if agreement.field == Readings::Used && filter.settings.noise.field_is_even && filter.node.curved == 0 {
             filter.course.pointing.add(&filter.node.linear_at, attitude_variance(&filter.node, &filter.globals));
         }
         let rows = &filter.update.rows;
@@ -140,9 +140,8 @@ fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NOD
     if filter.course.has_begun {
         let kept = filter.node.realign(&force, &field, filter.course.gap_s, &filter.settings.noise);
         filter.candidates.forget_node(kept.unwrap_or(T::ZERO));
-        if kept.is_none() {
-            filter.course.pointing.turn_anew();
-        }
+        // The attitude is found again in a frame that turns with its heading until the linear model holds.
+        filter.course.pointing.turn_anew();
     } else {
         filter.node.start(&force, &filter.settings.noise);
     }

@@ -25,6 +25,15 @@ fn what_has_to_hold_holds_whatever_goes_wrong() {
     }
 }
 
+/// Seeds beyond the first thousand that have violated what has to hold.
+#[test]
+fn seeds_that_have_violated_do_so_no_more() {
+    for seed in [5_047, 70_581, 71_501] {
+        let tally = fly(seed).unwrap().tally;
+        assert_eq!(tally.all_violations(), 0, "seed {seed}: {:?}", tally.first);
+    }
+}
+
 #[test]
 fn a_seed_gives_the_same_bytes_every_time() {
     let (one, again, other) = (fly(7).unwrap(), fly(7).unwrap(), fly(8).unwrap());

@@ -11,7 +11,7 @@ use meerkat_mwd::{
     attitude::AttitudeFlags,
     compensation::GyroModel,
     survey::{SurveyKind, SurveyReport},
-    telemetry::{AttitudeFrame, Boot, CompactAngles, Health, Message},
+    telemetry::{AttitudeFrame, Boot, CompactAngles, Health, MAX_FRAME, Message},
 };
 use std::f64::consts::TAU;
 
@@ -154,8 +154,10 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     }
     machine.day.surveys.push((start_us, *report));
     let age_us = machine.now_us().saturating_sub(survey.t_end_us);
-    // A survey that the line spoilt is heard when it is asked for again.
-    let was_spoilt = machine.spoilt_us.is_some_and(|at_us| at_us + age_us >= machine.chip.now_us.get());
+    // A survey that the line spoilt is heard when it is asked for again: also one that follows a frame whose end was
+    // spoilt.
+    let frame_us = MAX_FRAME as u64 * 1_000_000 / u64::from(machine.day.bytes_per_s);
+    let was_spoilt = machine.spoilt_us.is_some_and(|at_us| at_us + frame_us + age_us >= machine.chip.now_us.get());
     if !was_spoilt && !machine.line_stood_still() && !machine.overloaded() && !machine.clock_stepped() {
         note(machine, Violation::LateSurvey, age_us < SURVEY_US, || format!("{age_us} us old"));
     }
