@@ -78,3 +78,16 @@ fn the_report_may_be_the_only_thing_on_the_standard_output() {
     assert!(drawn.starts_with("<svg") && drawn.trim_end().ends_with("</svg>"), "{}", drawn.len());
     assert!(!folder.path().join("-").exists());
 }
+
+#[test]
+fn two_outputs_in_one_file_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_mwd"));
+    let output = program.args(["--plot", "x", "--html", "./x"]).current_dir(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("x: the result would overwrite another one"),
+        "{output:?}"
+    );
+    assert!(!folder.path().join("x").exists());
+}

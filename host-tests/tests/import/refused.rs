@@ -135,6 +135,8 @@ fn a_message_names_what_is_there() {
     assert!(told.contains("rate_hz"), "{told}");
     let told = said("t_s,gx,gy,gz,ax,ay,az\n0,1,2,3,4,5,6\n0.01,1,oops,3,4,5,6\n", "");
     assert_eq!(told, "log: line 3, column gy: \"oops\" is not a number (1 such cells)");
+    let told = said("t_s,gx,gx,gy,gz,ax,ay,az\n0,1,1,2,3,4,5,6\n0.01,1,1,2,3,4,5,6\n", "");
+    assert_eq!(told, "log: two columns are named gx: leave out one");
     assert!(said("PK\u{3}\u{4}rest", "").ends_with("a zip archive: unpack it and name the files or their folder"));
 }
 

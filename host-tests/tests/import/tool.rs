@@ -70,3 +70,34 @@ fn the_standard_input_is_a_source_and_strict_keeps_the_error() {
     let told = String::from_utf8_lossy(&strict.stderr);
     assert!(told.contains("1 rows have a repeated, late or missing time"), "{told}");
 }
+
+/// A line of a trace's own header that its keys do not take is told, not dropped in silence.
+#[test]
+fn what_a_traces_header_says_and_no_key_takes_is_told() {
+    let folder = TempDir::new().unwrap();
+    let text = format!("# gravity = 9.81\n# dip_deg = north\n{}", si([|v| v; 3]));
+    let source = written(&folder, "log.csv", &text);
+    let trace = folder.path().join("trace.csv");
+    let imported = mwd(&["import", source.to_str().unwrap(), "-o", trace.to_str().unwrap()]);
+    let told = String::from_utf8_lossy(&imported.stdout);
+    for line in [
+        "left out of the header of log: gravity = 9.81: no key of a trace's header",
+        "\"dip_deg = north\": the value must be a number",
+    ] {
+        assert!(imported.status.success() && told.contains(line), "{line}: {told}");
+    }
+}
+
+/// A trace on the standard output is alone there, however the option is written.
+#[test]
+fn a_trace_on_the_standard_output_is_alone_there() {
+    let folder = TempDir::new().unwrap();
+    let source = written(&folder, "log.csv", &si([|v| v; 3]));
+    for to in [vec!["-o", "-"], vec!["-o-"]] {
+        let imported = mwd(&[&["import", source.to_str().unwrap()], to.as_slice()].concat());
+        let told = String::from_utf8_lossy(&imported.stdout);
+        assert!(imported.status.success() && told.starts_with("# "), "{to:?}: {:.200}", told);
+        let is_row = |line: &str| line.starts_with(['#', 't', '-']) || line.starts_with(|c: char| c.is_ascii_digit());
+        assert!(told.lines().all(is_row), "{to:?}");
+    }
+}

@@ -21,12 +21,17 @@ fn said(run: &str, stations: &[u8]) -> (bool, String) {
 
 /// The same, with further arguments; the folder has a file of depths.
 fn said_with(run: &str, stations: &[u8], further: &[&str]) -> (bool, String) {
+    said_beside(run, stations, further, "t_s,md_m\n0,600\n100,629\n")
+}
+
+/// The same, with another text in the file of depths.
+fn said_beside(run: &str, stations: &[u8], further: &[&str], depths: &str) -> (bool, String) {
     let folder = TempDir::new().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("run.toml"), run).unwrap();
     fs::write(path("ifr.csv"), TABLE).unwrap();
     fs::write(path("stations.csv"), stations).unwrap();
-    fs::write(path("depths.csv"), "t_s,md_m\n0,600\n100,629\n").unwrap();
+    fs::write(path("depths.csv"), depths).unwrap();
     let mut mwd = Command::new(env!("CARGO_BIN_EXE_mwd"));
     mwd.arg("survey").arg(path("stations.csv")).arg("--run").arg(path("run.toml")).args(further);
     let output = mwd.current_dir(folder.path()).output().unwrap();
@@ -54,6 +59,49 @@ fn a_table_counts_from_the_folder_of_the_settings_and_says_how_far_it_reaches() 
 fn settings_that_cannot_be_are_refused_by_their_file() {
     let (done, text) = said(&format!("{RUN}grid = {{ utm_zone = 91 }}\n"), &csv(HEADER, &ROWS));
     assert!(!done && text.contains("run.toml: grid.utm_zone = 91: must be from 1 to 60"), "{text}");
+}
+
+#[test]
+fn an_error_that_has_no_size_is_refused_by_its_name() {
+    for (table, told) in [
+        ("[errors]\nmag_bias_ut = -0.5\n", "run.toml: errors.mag_bias_ut: must be finite and positive"),
+        ("[errors]\nmag_scale = nan\n", "run.toml: errors.mag_scale: must be finite and positive"),
+        (
+            "[multi_station]\nfield_noise_ut = 0.0\n",
+            "run.toml: multi_station.field_noise_ut = 0.0: must be finite and above 0",
+        ),
+    ] {
+        let (done, text) = said(&format!("{RUN}{table}"), &csv(HEADER, &ROWS));
+        assert!(!done && text.contains(told), "{text}");
+    }
+}
+
+#[test]
+fn a_table_of_the_field_with_an_impossible_angle_or_two_columns_of_a_name_is_refused() {
+    let run = format!("{RUN}[reference]\nmodel = \"file\"\npath = \"depths.csv\"\n");
+    for (was, is, told) in [
+        ("71.29", "101.29", "line 4: dip_deg = 101.29: must be from -90 to 90"),
+        ("1.56", "-190", "line 4: declination_deg = -190: must be from -180 to 180"),
+        (
+            "tvd_m,field_nt",
+            "tvd_m,tvd_m,field_nt",
+            "columns \"tvd_m\" and \"tvd_m\" are both tvd_m: leave out one of them",
+        ),
+    ] {
+        let table = TABLE.replace(was, is);
+        let (done, text) = said_beside(&run, &csv(HEADER, &ROWS), &[], &table);
+        assert!(!done && text.contains(told), "{text}");
+    }
+}
+
+#[test]
+fn a_distance_that_is_no_number_is_refused() {
+    let by_time =
+        csv("t_s,gx_g,gy_g,gz_g,bx_nt,by_nt,bz_nt", &["0,-0.015061,0.030999,1.000791,-4401.5,-14399.7,49028.2"]);
+    for option in ["--bit-to-tool=nan", "--clock=inf"] {
+        let (done, text) = said_with(RUN, &by_time, &["--depth", "depths.csv", option]);
+        assert!(!done && text.contains("must be a finite number"), "{text}");
+    }
 }
 
 #[test]
