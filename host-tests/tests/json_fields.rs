@@ -1,51 +1,14 @@
 //! `docs/json.md` names every field of a real result, and no field that there is not.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+#[path = "rig/mod.rs"]
+mod rig;
+
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-/// Fields whose members have names of their own: parameters of an effect, fields of the configuration.
-const NAMED: [&str; 3] = ["diagnosis.effects[].parameters", "diagnosis.effects[].sigma", "configuration"];
-
-/// Lists of objects: an empty one says nothing of their fields.
-const OBJECTS: [&str; 4] = ["identification.windows", "diagnosis.effects", "diagnosis.remainder.goes_with", "surveys"];
-
-/// Adds the paths of all fields of `value`, which stands at `path`.
-fn fields(value: &Value, path: &str, found: &mut BTreeSet<String>) {
-    match value {
-        Value::Object(members) if NAMED.contains(&path) => {
-            assert!(!members.is_empty(), "{path}");
-            found.insert(format!("{path}.*"));
-        }
-        Value::Object(members) => {
-            for (name, member) in members {
-                let separator = if path.is_empty() { "" } else { "." };
-                fields(member, &format!("{path}{separator}{name}"), found);
-            }
-        }
-        Value::Array(elements) if elements.iter().any(Value::is_object) => {
-            elements.iter().for_each(|element| fields(element, &format!("{path}[]"), found));
-        }
-        Value::Array(elements) if elements.is_empty() && OBJECTS.contains(&path) => {}
-        _ => {
-            found.insert(path.to_owned());
-        }
-    }
-}
-
-/// Fields that a part of `docs/json.md` names.
-fn documented(part: &str) -> BTreeSet<String> {
-    let rows = part.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` |"));
-    rows.map(|(field, _)| field.to_owned()).collect()
-}
-
-/// `docs/json.md`: of a flight, and of a run of surveys.
-fn parts() -> [String; 2] {
-    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/json.md")).unwrap();
-    let (flight, run) = page.split_once("\n# The JSON of a run of surveys\n").unwrap();
-    [flight, run].map(str::to_owned)
-}
+use rig::json_fields::{fields, part};
 
 /// The result of a command with `--json`.
 fn result(arguments: &[&str], folder: &Path) -> Value {
@@ -84,7 +47,7 @@ fn every_field_of_a_result_is_documented_and_no_other() {
         fields(&result(&arguments, folder.path()), "", &mut found);
     }
 
-    let mut documented = documented(&parts()[0]);
+    let mut documented = part("The JSON result");
     // These are `null`, or objects whose fields stand below.
     for whole in ["reference", "diagnosis.remainder"] {
         assert!(documented.remove(whole), "{whole}");
@@ -103,5 +66,5 @@ fn every_field_of_a_run_of_surveys_is_documented_and_no_other() {
     assert_eq!(result["stations"].as_array().unwrap().len(), 40);
     let mut found = BTreeSet::new();
     fields(&result, "", &mut found);
-    assert_eq!(found, documented(&parts()[1]));
+    assert_eq!(found, part("The JSON of a run of surveys"));
 }

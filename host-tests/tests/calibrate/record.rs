@@ -1,10 +1,15 @@
-//! The written record is a configuration.
+//! The written record is a configuration; the JSON's fields are those of its page.
+
+use std::collections::BTreeSet;
 
 use meerkat_mwd::{compensation::VectorModel, config::VectorErrors};
-use mwd::calibrate::{calibrate, record};
+use mwd::calibrate::{calibrate, record, result};
 use testbed::flight::configuration::of_file;
 
-use crate::turntable::{Probe, Random, all_around};
+use crate::{
+    rig::json_fields::{fields, part},
+    turntable::{Probe, Random, all_around},
+};
 
 #[test]
 fn the_record_comes_back_to_the_last_bit() {
@@ -57,4 +62,17 @@ fn a_sensor_without_new_values_keeps_those_of_the_old_record() {
     assert_eq!(config.mag.offset, [5.5, 0.0, 0.0]);
     assert_eq!(config.identification.vector_errors.hard_iron, 0.07);
     assert_eq!(config.accel, found.accel_model());
+}
+
+/// `docs/json.md` names every field of the result, and no field that there is not.
+#[test]
+fn every_field_of_the_json_is_documented_and_no_other() {
+    let mut random = Random::new(30);
+    let probe = Probe::drawn(&mut random);
+    let trace = probe.turned(&all_around(60, &mut random), &mut random);
+    let found = calibrate(&[trace], None, Some(0.3)).unwrap();
+    assert!(found.alignment.is_some() && found.later.is_some() && found.mag_later.is_some());
+    let mut told = BTreeSet::new();
+    fields(&result::value(&found), "", &mut told);
+    assert_eq!(told, part("The JSON of a calibration"));
 }

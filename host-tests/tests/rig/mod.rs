@@ -7,6 +7,7 @@ pub mod browser;
 pub mod emulator;
 pub mod files;
 pub mod handheld;
+pub mod json_fields;
 pub mod page;
 pub mod picture;
 pub mod program;
