@@ -323,7 +323,7 @@
 #define MWD_PROBE_ID_SIZE 12
 
 /**
- * Outcome of a call. Errors are below zero; nothing was done then, and what a pointer leads to is as it was.
+ * Outcome of a call. Errors are below zero: the probe is then as it was, and what a call writes means nothing.
  */
 enum MwdStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L

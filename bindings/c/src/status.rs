@@ -1,6 +1,6 @@
 //! Outcome of a call.
 
-/// Outcome of a call. Errors are below zero; nothing was done then, and what a pointer leads to is as it was.
+/// Outcome of a call. Errors are below zero: the probe is then as it was, and what a call writes means nothing.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MwdStatus {
