@@ -26,7 +26,7 @@ use va416xx_hal::{
     prelude::*,
     spi::{Spi, SpiClockConfig, SpiConfig},
     time::Hertz,
-    wdt::Wdt,
+    wdt::{Wdt, disable_wdt_interrupts},
 };
 
 /// Clock that a generator gives on XTAL_N, Hz.
@@ -73,7 +73,11 @@ fn main() -> ! {
     let (Some(chip), Some(core)) = (Peripherals::take(), cortex_m::Peripherals::take()) else { stop() };
     let clock = chip.clkgen.constrain().xtal_n_clk_with_src_freq(Hertz::from_raw(CLOCK_HZ));
     let Ok(clocks) = clock.freeze() else { stop() };
-    let watchdog = Wdt::start(chip.watch_dog, &clocks, WATCHDOG_MS);
+    // The counter resets the chip when it runs out for the second time without a feed. The first time it raises an
+    // interrupt, which the HAL enables: it has no handler, and a feed in the second half is in time.
+    let mut watchdog = Wdt::start(chip.watch_dog, &clocks, WATCHDOG_MS / 2);
+    disable_wdt_interrupts();
+    watchdog.enable_reset();
 
     let (b, c) = (PinsB::new(chip.portb), PinsC::new(chip.portc));
     let settings = |hz| {
@@ -98,9 +102,15 @@ fn main() -> ! {
     start(core.SYST, period_us);
     let mut flown = 0;
     loop {
-        let rounds = ROUNDS.load(Ordering::Relaxed);
+        // With interrupts masked, one that comes between the check and the sleep still wakes the core.
+        let rounds = cortex_m::interrupt::free(|_| {
+            let rounds = ROUNDS.load(Ordering::Relaxed);
+            if rounds == flown {
+                cortex_m::asm::wfi();
+            }
+            rounds
+        });
         if rounds == flown {
-            cortex_m::asm::wfi();
             continue;
         }
         flown = rounds;
