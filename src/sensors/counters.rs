@@ -18,7 +18,7 @@ pub struct Counters {
     pub resets: u32,
     /// Overruns of the part's FIFO.
     pub overruns: u32,
-    /// Long times without output from the part.
+    /// Long times without output from the part, or from one of its sensors.
     pub silences: u32,
     /// Sensors, or axes of one, that froze.
     pub frozen: u32,
@@ -47,7 +47,7 @@ pub enum Condition {
     Starting,
     /// The part measures, and nothing is wrong.
     Running,
-    /// The part measures, but one of its sensors is frozen; the readings say which.
+    /// The part measures, but one of its sensors is frozen or silent; the readings say which.
     Frozen,
     /// The part pauses before its next start.
     Pausing,

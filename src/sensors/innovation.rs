@@ -1,4 +1,5 @@
-//! Innovations of a part's codes: a reading that no motion can produce is not believed.
+//! Innovations of a part's codes: a reading that no motion can produce is not believed, and a sensor without codes for
+//! long is silent.
 
 /// Largest believable innovation, in multiples of the usual (rms) one.
 const SIGMAS: f32 = 6.0;
@@ -10,6 +11,10 @@ const FIRST_FRAMES: f32 = 4.0;
 const JUMPED: u8 = 2;
 /// Lost frames after which the next reading may have any code.
 const MOST_LOST: u8 = 8;
+/// Frames in a row without a sensor's codes from which it is silent: 0.25 s at 200 Hz. That is beyond what a sound part
+/// leaves out (the BMI088's accelerometer single frames), beyond frames that a noisy bus spoils in a row, and two to
+/// three times what a restart costs.
+const CODELESS: u8 = 50;
 /// Code changes after which an axis counts as alive.
 const MOVES: u8 = 1;
 /// Natural logarithm of the odds against chance at which a repeating axis is not believed: a false alarm in
@@ -48,6 +53,8 @@ pub(super) struct Innovation {
     jumps: u8,
     /// Frames lost or not believed before the next.
     skipped: u8,
+    /// Frames without codes since the last with them, or since the part's start.
+    codeless: u8,
     /// Number of frames in the means, at most [`MEMORY`].
     frames: f32,
 }
@@ -85,6 +92,7 @@ impl Innovation {
         repeated: 0.0,
         jumps: 0,
         skipped: 0,
+        codeless: 0,
         frames: 0.0,
     };
 
@@ -100,10 +108,22 @@ impl Innovation {
         self.begun &= self.skipped < MOST_LOST;
     }
 
+    /// Accounts for a frame without codes.
+    pub fn misses(&mut self) {
+        self.codeless = self.codeless.saturating_add(1);
+        self.skip(1);
+    }
+
+    /// Returns true if the sensor is silent, while frames of its part may come.
+    pub const fn is_silent(&self) -> bool {
+        self.codeless >= CODELESS
+    }
+
     /// Returns true if these raw codes are to be believed. What differs from the expected codes by at most `sure` per
     /// frame is no jump. A code of `clip_code` or more, either sign, is at the end of the range, where it may repeat.
     /// Else repeats of all axes are not believed beyond [odds](Self::repeated) of `repeats`.
     pub fn believes(&mut self, codes: [i32; 3], sure: f32, clip_code: i32, repeats: f32) -> bool {
+        self.codeless = 0;
         let frames = i32::from(self.skipped) + 1;
         let first = self.frames == 0.0;
         self.frames = if self.frames < MEMORY { self.frames + 1.0 } else { MEMORY };

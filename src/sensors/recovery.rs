@@ -102,12 +102,12 @@ impl Recovery {
         self.errors = 0;
     }
 
-    /// Restarts the part after a pause, and reads it until then.
-    pub fn restart_later(&mut self, now_us: u64) {
-        if let State::Measuring { restart_at_us: None, since_us } = self.state {
-            let at_us = now_us.saturating_add(self.longer_pause_us());
-            self.state = State::Measuring { since_us, restart_at_us: Some(at_us) };
-        }
+    /// Restarts the part after a pause, and reads it until then. Returns false if that was so before.
+    pub fn restart_later(&mut self, now_us: u64) -> bool {
+        let State::Measuring { restart_at_us: None, since_us } = self.state else { return false };
+        let at_us = now_us.saturating_add(self.longer_pause_us());
+        self.state = State::Measuring { since_us, restart_at_us: Some(at_us) };
+        true
     }
 
     fn longer_pause_us(&mut self) -> u64 {

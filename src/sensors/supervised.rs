@@ -20,6 +20,7 @@ use crate::sensors::{
 /// | the part was reset | settings are read back after each burst: burst dropped, part started anew at once |
 /// | the FIFO ran over | what it holds is stamped from its newest frame back; what is lost is counted |
 /// | no frame for ten periods | started anew after a pause |
+/// | no codes of a sensor in 50 frames | the sensor is flagged missing; the part is started anew after a pause |
 /// | an output that does not change | the sensor is flagged missing until it moves again; started anew after a pause |
 /// | data-ready stuck | frames that come too soon after the last, and the same reading again, are dropped |
 #[derive(Clone, Debug)]

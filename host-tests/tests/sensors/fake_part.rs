@@ -26,6 +26,8 @@ pub struct World {
     pub silent: bool,
     pub frozen: bool,
     pub dead_axis: Option<usize>,
+    /// Sensor without codes in any frame, until a start.
+    pub codeless: Option<usize>,
     pub clipped: bool,
     pub is_hit: bool,
     pub ready_is_stuck: bool,
@@ -53,6 +55,7 @@ impl World {
             silent: false,
             frozen: false,
             dead_axis: None,
+            codeless: None,
             clipped: false,
             is_hit: false,
             ready_is_stuck: false,
@@ -90,7 +93,11 @@ impl World {
         if self.clipped {
             gyro[2] = -GYRO_CLIP;
         }
-        Frame { codes: [Some(gyro), Some(accel)], temperature: None }
+        let mut codes = [Some(gyro), Some(accel)];
+        if let Some(sensor) = self.codeless {
+            codes[sensor] = None;
+        }
+        Frame { codes, temperature: None }
     }
 
     pub fn advance_to(&mut self, now_us: f64) {
@@ -114,6 +121,7 @@ impl World {
     /// The part goes back to its default settings by itself.
     pub fn reset(&mut self) {
         self.configured = false;
+        self.codeless = None;
         self.fifo.clear();
     }
 }

@@ -127,6 +127,55 @@ fn a_silent_part_is_started_anew() {
     run.every_believed_reading_has_its_time();
 }
 
+/// The other sensor is read until the start.
+#[test]
+fn a_part_of_which_one_sensor_falls_silent_is_started_anew() {
+    for (sensor, missing) in [SampleFlags::GYRO_MISSING, SampleFlags::ACCEL_MISSING].into_iter().enumerate() {
+        let mut run = Run::new(13 + sensor as u64);
+        run.until_ms(1_000).but(|world| world.codeless = Some(sensor)).until_ms(3_000);
+        let counters = run.source.counters();
+        assert_eq!((counters.silences, counters.restarts, counters.corrupt_frames), (1, 1, 0));
+        assert!(run.after_ms(1_005).next().unwrap().flags.contains(missing));
+        let back = run.after_ms(1_350).filter(|reading| !reading.flags.contains(missing)).count();
+        assert!(back > 300, "{back} readings of both sensors");
+        let times: Vec<u64> = run.readings.iter().map(|reading| reading.t_us).collect();
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] < 60_000));
+        run.every_believed_reading_has_its_time();
+    }
+}
+
+/// Each start is of a silence of its own, and costs the other sensor little.
+#[test]
+fn a_sensor_that_stays_silent_has_its_part_started_after_longer_and_longer() {
+    let mut run = Run::new(15);
+    for ms in (1_000..61_000).step_by(5) {
+        run.until_ms(ms).but(|world| world.codeless = Some(1));
+    }
+    let counters = run.source.counters();
+    assert!((15..25).contains(&counters.restarts), "{} restarts in a minute", counters.restarts);
+    assert!(counters.silences.abs_diff(counters.restarts) <= 1);
+    assert!(run.readings.len() > 11_500);
+}
+
+/// In a backlog the BMI088's accelerometer has codes for the newest frame alone.
+#[test]
+fn frames_without_codes_before_one_with_them_are_no_silence() {
+    let mut run = Run::new(16);
+    for ms in (1_000..5_000).step_by(500) {
+        run.until_ms(ms + 5).but(|world| world.codeless = Some(1)).until_ms(ms + 200);
+        run.but(|world| world.codeless = None).until_ms(ms + 205);
+        // Nothing is read for 0.3 s.
+        run.but(|world| {
+            world.codeless = Some(1);
+            world.advance_to(f64::from(ms + 494) * 1e3);
+            world.codeless = None;
+        });
+        run.now_ms = ms + 500;
+    }
+    run.until_ms(6_000);
+    assert_eq!((run.source.counters().silences, run.source.counters().restarts), (0, 0));
+}
+
 #[test]
 fn a_frozen_output_is_flagged_until_it_moves_again() {
     let mut run = Run::new(6);
