@@ -41,6 +41,9 @@ const STREAM: u8 = 0b0100_0000;
 /// packet.
 #[bisync]
 const PACKETS_OF_20_BITS: u8 = 0b0111_0111;
+/// Registers FIFO_CONFIG1 to FIFO_CONFIG3: settings and watermark of the FIFO; the watermark is one packet.
+#[bisync]
+const FIFO_SETTINGS: [u8; 3] = [PACKETS_OF_20_BITS, 1, 0];
 /// Count in packets (FIFO_COUNT), high byte first as in the data, SPI only.
 #[bisync]
 const COUNT_PACKETS: u8 = 0b0111_0011;
@@ -171,11 +174,21 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
                     (INTF_CONFIG1::ID, &[CLOCK_PLL]),
                     (GYRO_CONFIG0::ID, &[WIDEST_200_HZ]),
                     (ACCEL_CONFIG0::ID, &[WIDEST_200_HZ]),
-                    // Settings and watermark of the FIFO; the watermark is one packet.
-                    (FIFO_CONFIG1::ID, &[PACKETS_OF_20_BITS, 1, 0]),
+                    (FIFO_CONFIG1::ID, &FIFO_SETTINGS),
                 ];
                 for (register, values) in writes {
                     self.registers.write(register, values).await?;
+                }
+                // INTF_CONFIG0 and INTF_CONFIG1, then the FIFO: with these wrong every packet or time is misread.
+                let mut interface = [0; 2];
+                self.registers.read(INTF_CONFIG0::ID, &mut interface).await?;
+                if interface != [COUNT_PACKETS, CLOCK_PLL] {
+                    return Err(StartError::NotTaken { register: INTF_CONFIG0::ID });
+                }
+                let mut fifo = [0; 3];
+                self.registers.read(FIFO_CONFIG1::ID, &mut fifo).await?;
+                if fifo != FIFO_SETTINGS {
+                    return Err(StartError::NotTaken { register: FIFO_CONFIG1::ID });
                 }
                 self.registers.write(PWR_MGMT0::ID, &[LOW_NOISE]).await?;
                 Ok(StartStep::After(POWERED_US))

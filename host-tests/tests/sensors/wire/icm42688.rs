@@ -1,6 +1,9 @@
+use embedded_hal_mock::eh1::spi::Transaction;
 use meerkat_mwd::sensors::{Frame, blocking::Icm42688};
 
-use super::{burst, mock, spi, start};
+use super::{burst, mock, refused, spi, start};
+
+type Wire = Vec<Transaction<u8>>;
 
 /// Packet 4: header; x, y, z of the accelerometer, then of the gyro, two bytes each; temperature; time; the
 /// low four bits, accelerometer's first.
@@ -14,14 +17,9 @@ fn packet(header: u8, accel: [i32; 3], gyro: [i32; 3], temperature: i16) -> Vec<
     bytes
 }
 
-#[test]
-fn start_and_bursts() {
-    let settings = || spi(&[&[0xCE]], &[0x0F, 0x07, 0x07]);
-    let (accel, gyro) = ([1, -2, 400_000], [-524_200, 17, 3]);
-    let sound = packet(0x78, accel, gyro, -132);
-    let empty = vec![0xFF; 20];
-    let invalid = packet(0x78, accel, [-524_288, 0, 0], 0);
-    let mut bus = mock(&[
+/// Up to the settings that are read back: order of the bytes, clock, and the FIFO's packets.
+fn first_writes() -> Vec<Wire> {
+    vec![
         spi(&[&[0x76], &[0]], &[]),
         spi(&[&[0xF5]], &[0x47]),
         spi(&[&[0x11], &[0x01]], &[]),
@@ -32,16 +30,38 @@ fn start_and_bursts() {
         spi(&[&[0x4F], &[0x07]], &[]),
         spi(&[&[0x50], &[0x07]], &[]),
         spi(&[&[0x5F], &[0x77, 0x01, 0x00]], &[]),
-        spi(&[&[0x4E], &[0x0F]], &[]),
-        spi(&[&[0x16], &[0x40]], &[]),
-        spi(&[&[0x4B], &[0x02]], &[]),
-        settings(),
-        // One packet was expected, and there are three.
-        spi(&[&[0xAD]], &[vec![0x04, 0, 3], sound.clone()].concat()),
-        settings(),
-        spi(&[&[0xAD]], &[vec![0x02, 0, 1], invalid, empty].concat()),
-        settings(),
-    ]);
+    ]
+}
+
+fn settings() -> Wire {
+    spi(&[&[0xCE]], &[0x0F, 0x07, 0x07])
+}
+
+#[test]
+fn start_and_bursts() {
+    let (accel, gyro) = ([1, -2, 400_000], [-524_200, 17, 3]);
+    let sound = packet(0x78, accel, gyro, -132);
+    let empty = vec![0xFF; 20];
+    let invalid = packet(0x78, accel, [-524_288, 0, 0], 0);
+    let mut bus = mock(
+        &[
+            first_writes(),
+            vec![
+                spi(&[&[0xCC]], &[0x73, 0x51]),
+                spi(&[&[0xDF]], &[0x77, 0x01, 0x00]),
+                spi(&[&[0x4E], &[0x0F]], &[]),
+                spi(&[&[0x16], &[0x40]], &[]),
+                spi(&[&[0x4B], &[0x02]], &[]),
+                settings(),
+                // One packet was expected, and there are three.
+                spi(&[&[0xAD]], &[vec![0x04, 0, 3], sound.clone()].concat()),
+                settings(),
+                spi(&[&[0xAD]], &[vec![0x02, 0, 1], invalid, empty].concat()),
+                settings(),
+            ],
+        ]
+        .concat(),
+    );
     let mut part = Icm42688::new(bus.clone());
     assert_eq!(start(&mut part), [1_000, 200]);
     let first = burst(&mut part);
@@ -51,4 +71,20 @@ fn start_and_bursts() {
     assert_eq!(second.frames(), [Frame { codes: [None, Some(accel)], temperature: Some(0) }]);
     assert!(second.overrun);
     bus.done();
+}
+
+#[test]
+fn a_setting_that_was_not_taken_is_no_start() {
+    let refused_at = |read_back: &[Wire]| {
+        let mut bus = mock(&[first_writes(), read_back.to_vec()].concat());
+        let register = refused(&mut Icm42688::new(bus.clone()));
+        bus.done();
+        register
+    };
+    assert_eq!(refused_at(&[spi(&[&[0xCC]], &[0x30, 0x51])]), 0x4C);
+    assert_eq!(refused_at(&[spi(&[&[0xCC]], &[0x73, 0x91])]), 0x4C);
+    let interface = spi(&[&[0xCC]], &[0x73, 0x51]);
+    for packets in [[0x00, 0x01, 0x00], [0x77, 0x00, 0x00], [0x77, 0x01, 0x01]] {
+        assert_eq!(refused_at(&[interface.clone(), spi(&[&[0xDF]], &packets)]), 0x5F);
+    }
 }

@@ -9,7 +9,7 @@ mod lsm6dsv320x;
 mod rm3100;
 
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
-use meerkat_mwd::sensors::{Burst, StartStep, blocking::Part};
+use meerkat_mwd::sensors::{Burst, StartError, StartStep, blocking::Part};
 
 /// A transaction that writes these groups of bytes, and then reads.
 fn spi(written: &[&[u8]], read: &[u8]) -> Vec<Transaction<u8>> {
@@ -48,6 +48,17 @@ where
         }
     }
     panic!("the start has no end");
+}
+
+/// Starts a part that does not take a setting; the register.
+fn refused<P: Part<V>, const V: usize>(part: &mut P) -> u8
+where
+    P::Error: std::fmt::Debug,
+{
+    match (0..10).find_map(|step| part.start(step).err()) {
+        Some(StartError::NotTaken { register }) => register,
+        other => panic!("{other:?}"),
+    }
 }
 
 fn burst<P: Part<V>, const V: usize>(part: &mut P) -> Burst<V>
