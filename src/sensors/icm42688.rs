@@ -80,18 +80,28 @@ pub struct Icm42688<S> {
     registers: SpiRegisters<S>,
     /// Packets expected in the next burst: their true number is known only after they have been read.
     expected: usize,
+    /// True if the next packet may not begin where the FIFO is read: after a spoilt packet or a burst that failed.
+    adrift: bool,
 }
 
 #[bisync]
 impl<S: SpiDevice> Icm42688<S> {
     /// Creates an adapter. Touches no bus.
     pub fn new(spi: S) -> Self {
-        Self { registers: SpiRegisters(spi), expected: 1 }
+        Self { registers: SpiRegisters(spi), expected: 1, adrift: false }
     }
 
     /// Returns the bus.
     pub fn release(self) -> S {
         self.registers.0
+    }
+
+    /// Empties the FIFO, which then begins with a whole packet.
+    async fn flush(&mut self) -> Result<(), S::Error> {
+        self.registers.write(SIGNAL_PATH_RESET::ID, &[FLUSH_FIFO]).await?;
+        self.expected = 1;
+        self.adrift = false;
+        Ok(())
     }
 
     fn frame(packet: &[u8; PACKET]) -> Option<Frame<2>> {
@@ -194,9 +204,8 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
                 Ok(StartStep::After(POWERED_US))
             }
             _ => {
-                self.expected = 1;
                 self.registers.write(FIFO_CONFIG::ID, &[STREAM]).await?;
-                self.registers.write(SIGNAL_PATH_RESET::ID, &[FLUSH_FIFO]).await?;
+                self.flush().await?;
                 if !self.is_configured().await? {
                     return Err(StartError::NotTaken { register: PWR_MGMT0::ID });
                 }
@@ -206,13 +215,18 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
     }
 
     async fn read(&mut self, burst: &mut Burst<2>) -> Result<(), S::Error> {
+        let flushed = self.adrift;
+        if flushed {
+            self.flush().await?;
+        }
         let mut bytes = [0; HEAD + BURST_FRAMES * PACKET];
         let expected = self.expected;
         let Some(bytes) = bytes.get_mut(..HEAD + expected * PACKET) else { return Ok(()) };
         // The address stays at FIFO_DATA: status, count and packets are one transaction.
+        self.adrift = true;
         self.registers.read(INT_STATUS::ID, bytes).await?;
         let Some(([status, high, low], packets)) = bytes.split_first_chunk::<HEAD>() else { return Ok(()) };
-        burst.overrun = status & FIFO_FULL != 0;
+        burst.overrun = flushed || status & FIFO_FULL != 0;
         let count = usize::from(u16::from_be_bytes([*high, *low]));
         for packet in packets.as_chunks::<PACKET>().0.iter().take(count) {
             match Self::frame(packet) {
@@ -223,6 +237,7 @@ impl<S: SpiDevice> Part<2> for Icm42688<S> {
                 }
             }
         }
+        self.adrift = burst.corrupt > 0;
         let left = count.saturating_sub(expected);
         burst.left = left.min(FIFO_PACKETS.into()) as u16;
         // Packets come at a steady rate: expect as many as now, or the rest that was left.

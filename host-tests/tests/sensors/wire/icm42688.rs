@@ -1,5 +1,11 @@
-use embedded_hal_mock::eh1::spi::Transaction;
-use meerkat_mwd::sensors::{Frame, blocking::Icm42688};
+use std::{cell::Cell, rc::Rc};
+
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use embedded_hal_mock::eh1::spi::{Mock, Transaction};
+use meerkat_mwd::sensors::{
+    Burst, Frame,
+    blocking::{Icm42688, Part},
+};
 
 use super::{burst, mock, refused, spi, start};
 
@@ -87,4 +93,60 @@ fn a_setting_that_was_not_taken_is_no_start() {
     for packets in [[0x00, 0x01, 0x00], [0x77, 0x00, 0x00], [0x77, 0x01, 0x01]] {
         assert_eq!(refused_at(&[interface.clone(), spi(&[&[0xDF]], &packets)]), 0x5F);
     }
+}
+
+/// A bus whose next transaction fails if `fails` is set.
+struct Failing {
+    bus: Mock<u8>,
+    fails: Rc<Cell<bool>>,
+}
+
+impl ErrorType for Failing {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Failing {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        if self.fails.take() { Err(ErrorKind::Other) } else { SpiDevice::transaction(&mut self.bus, operations) }
+    }
+}
+
+/// Read off its packets' boundary the FIFO would give wrong packets until the next start.
+#[test]
+fn after_a_spoilt_packet_or_a_failed_burst_the_fifo_is_flushed() {
+    let sound = || packet(0x78, [1, 2, 3], [4, 5, 6], 0);
+    let one = |packet: Vec<u8>| spi(&[&[0xAD]], &[vec![0x00, 0, 1], packet].concat());
+    let none = || spi(&[&[0xAD]], &[vec![0x00, 0, 0], vec![0xFF; 20]].concat());
+    let flush = || spi(&[&[0x4B], &[0x02]], &[]);
+    let mut bus = mock(&[
+        // A packet of another kind, of two that are read.
+        spi(&[&[0xAD]], &[vec![0x00, 0, 3], sound()].concat()),
+        settings(),
+        spi(&[&[0xAD]], &[vec![0x00, 0, 2], packet(0x68, [1, 2, 3], [4, 5, 6], 0), sound()].concat()),
+        settings(),
+        flush(),
+        none(),
+        settings(),
+        one(sound()),
+        settings(),
+        // The burst fails, and the flush after it, too.
+        flush(),
+        one(sound()),
+        settings(),
+        one(sound()),
+        settings(),
+    ]);
+    let fails = Rc::new(Cell::new(false));
+    let mut part = Icm42688::new(Failing { bus: bus.clone(), fails: fails.clone() });
+    let told = |part: &mut Icm42688<Failing>| {
+        let burst = burst(part);
+        (burst.frames().len(), burst.corrupt, burst.overrun)
+    };
+    assert_eq!([(); 4].map(|()| told(&mut part)), [(1, 0, false), (2, 1, false), (0, 0, true), (1, 0, false)]);
+    for _ in 0..2 {
+        fails.set(true);
+        assert!(part.read(&mut Burst::default()).is_err());
+    }
+    assert_eq!([(); 2].map(|()| told(&mut part)), [(1, 0, true), (1, 0, false)]);
+    bus.done();
 }
