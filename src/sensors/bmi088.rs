@@ -25,6 +25,8 @@ mod accel {
     /// Normal filter, 200 Hz; 0xA8 after a reset.
     pub const NORMAL_200_HZ: u8 = 0xA9;
     pub const TO_24_G: u8 = 0x03;
+    /// Not suspended; 0x03 after a reset.
+    pub const ACTIVE: u8 = 0x00;
     pub const ON: u8 = 0x04;
     pub const DATA_READY: u8 = 1 << 7;
 }
@@ -54,6 +56,8 @@ mod gyro {
         (INT_CTRL, 0x40),
         (FIFO_CONFIG_1, STREAM),
     ];
+    /// Range and bandwidth, which nothing else shows: register, bits, value. Bit 7 of the bandwidth reads as one.
+    pub const READ_BACK: [(u8, u8, u8); 2] = [(RANGE, 0xFF, 0x00), (BANDWIDTH, 0x7F, 0x06)];
     /// Stream mode, in which new frames replace the oldest; 0 after a reset.
     pub const STREAM: u8 = 0x80;
     pub const OVERRUN: u8 = 1 << 7;
@@ -137,7 +141,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
             }
             1 => {
                 self.accel.register_read(accel::CHIP_ID)?;
-                self.accel.register_write(accel::PWR_CONF, 0)?;
+                self.accel.register_write(accel::PWR_CONF, accel::ACTIVE)?;
                 self.accel.register_write(accel::PWR_CTRL, accel::ON)?;
                 Ok(StartStep::After(POWERED_US))
             }
@@ -151,6 +155,11 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
                 }
                 if self.accel.register_read(accel::RANGE)? != accel::TO_24_G {
                     return Err(StartError::NotTaken { register: accel::RANGE });
+                }
+                for (register, bits, value) in gyro::READ_BACK {
+                    if self.gyro.register_read(register)? & bits != value {
+                        return Err(StartError::NotTaken { register });
+                    }
                 }
                 if !self.is_configured()? {
                     return Err(StartError::NotTaken { register: gyro::FIFO_CONFIG_1 });
@@ -194,6 +203,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
 
     fn is_configured(&mut self) -> Result<bool, Self::Error> {
         Ok(self.accel.register_read(accel::CONF)? == accel::NORMAL_200_HZ
+            && self.accel.register_read(accel::PWR_CONF)? == accel::ACTIVE
             && self.accel.register_read(accel::PWR_CTRL)? == accel::ON
             && self.gyro.register_read(gyro::FIFO_CONFIG_1)? == gyro::STREAM)
     }

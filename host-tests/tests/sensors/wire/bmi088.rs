@@ -1,22 +1,45 @@
 use embedded_hal_mock::eh1::spi::Transaction;
 use meerkat_mwd::sensors::{Frame, blocking::Bmi088};
 
-use super::{burst, exchange, mock, start};
+use super::{burst, exchange, mock, refused, start};
 
-#[test]
-fn start_and_one_burst() {
-    type Wire = Vec<Transaction<u8>>;
-    let write = |register: u8, value: u8| -> Wire { exchange(&[register, value], &[0, 0]) };
-    // The accelerometer puts a byte between.
-    let accel_read = |register: u8, value: u8| -> Wire { exchange(&[register | 0x80, 0, 0], &[0, 0, value]) };
-    let gyro_read = |register: u8, value: u8| -> Wire { exchange(&[register | 0x80, 0], &[0, value]) };
-    let accel_vector = |register: u8, bytes: [u8; 6]| -> Wire {
-        exchange(&[register | 0x80, 0, 0, 0, 0, 0, 0, 0], &[&[0, 0][..], &bytes].concat())
-    };
-    let gyro_vector = |register: u8, bytes: [u8; 6]| -> Wire {
-        exchange(&[register | 0x80, 0, 0, 0, 0, 0, 0], &[&[0][..], &bytes].concat())
-    };
-    let mut accel = mock(&[
+type Wire = Vec<Transaction<u8>>;
+
+fn write(register: u8, value: u8) -> Wire {
+    exchange(&[register, value], &[0, 0])
+}
+
+/// The accelerometer puts a byte between.
+fn accel_read(register: u8, value: u8) -> Wire {
+    exchange(&[register | 0x80, 0, 0], &[0, 0, value])
+}
+
+fn gyro_read(register: u8, value: u8) -> Wire {
+    exchange(&[register | 0x80, 0], &[0, value])
+}
+
+fn accel_vector(register: u8, bytes: [u8; 6]) -> Wire {
+    exchange(&[register | 0x80, 0, 0, 0, 0, 0, 0, 0], &[&[0, 0][..], &bytes].concat())
+}
+
+fn gyro_vector(register: u8, bytes: [u8; 6]) -> Wire {
+    exchange(&[register | 0x80, 0, 0, 0, 0, 0, 0], &[&[0][..], &bytes].concat())
+}
+
+/// Values that the part reads back after its start.
+#[derive(Clone, Copy)]
+struct ReadBack {
+    accel_range: u8,
+    power: u8,
+    gyro_range: u8,
+    bandwidth: u8,
+}
+
+/// Bit 7 of the bandwidth reads as one.
+const SOUND: ReadBack = ReadBack { accel_range: 0x03, power: 0, gyro_range: 0, bandwidth: 0x86 };
+
+fn accel_start(back: ReadBack) -> Vec<Wire> {
+    vec![
         accel_read(0x00, 0xFF),
         accel_read(0x00, 0x1E),
         write(0x7E, 0xB6),
@@ -25,17 +48,16 @@ fn start_and_one_burst() {
         write(0x7D, 0x04),
         write(0x40, 0xA9),
         write(0x41, 0x03),
-        accel_read(0x41, 0x03),
-        accel_read(0x40, 0xA9),
-        accel_read(0x7D, 0x04),
-        // -1 in eleven bits is an eighth of a degree under 23.
-        accel_vector(0x22, [0xFF, 0xE0, 0, 0, 0, 0]),
-        accel_read(0x03, 0x80),
-        accel_vector(0x12, [1, 0, 0xFE, 0xFF, 0x34, 0x12]),
-        accel_read(0x40, 0xA9),
-        accel_read(0x7D, 0x04),
-    ]);
-    let mut gyro = mock(&[
+        accel_read(0x41, back.accel_range),
+    ]
+}
+
+fn accel_settings(back: ReadBack) -> Vec<Wire> {
+    vec![accel_read(0x40, 0xA9), accel_read(0x7C, back.power), accel_read(0x7D, 0x04)]
+}
+
+fn gyro_start(back: ReadBack) -> Vec<Wire> {
+    vec![
         gyro_read(0x00, 0x0F),
         write(0x14, 0xB6),
         write(0x0F, 0x00),
@@ -46,14 +68,42 @@ fn start_and_one_burst() {
         write(0x3D, 0x01),
         write(0x15, 0x40),
         write(0x3E, 0x80),
-        gyro_read(0x3E, 0x80),
-        gyro_read(0x0E, 0x82),
-        gyro_vector(0x3F, [4, 0, 5, 0, 6, 0]),
-        gyro_vector(0x3F, [7, 0, 8, 0, 0xF7, 0xFF]),
-        // Takes the overrun back.
-        write(0x3E, 0x80),
-        gyro_read(0x3E, 0x80),
-    ]);
+        gyro_read(0x0F, back.gyro_range),
+        gyro_read(0x10, back.bandwidth),
+    ]
+}
+
+#[test]
+fn start_and_one_burst() {
+    let mut accel = mock(
+        &[
+            accel_start(SOUND),
+            accel_settings(SOUND),
+            vec![
+                // -1 in eleven bits is an eighth of a degree under 23.
+                accel_vector(0x22, [0xFF, 0xE0, 0, 0, 0, 0]),
+                accel_read(0x03, 0x80),
+                accel_vector(0x12, [1, 0, 0xFE, 0xFF, 0x34, 0x12]),
+            ],
+            accel_settings(SOUND),
+        ]
+        .concat(),
+    );
+    let mut gyro = mock(
+        &[
+            gyro_start(SOUND),
+            vec![
+                gyro_read(0x3E, 0x80),
+                gyro_read(0x0E, 0x82),
+                gyro_vector(0x3F, [4, 0, 5, 0, 6, 0]),
+                gyro_vector(0x3F, [7, 0, 8, 0, 0xF7, 0xFF]),
+                // Takes the overrun back.
+                write(0x3E, 0x80),
+                gyro_read(0x3E, 0x80),
+            ],
+        ]
+        .concat(),
+    );
     let mut part = Bmi088::new(accel.clone(), gyro.clone());
     assert_eq!(start(&mut part), [30_000, 5_000]);
     let burst = burst(&mut part);
@@ -62,4 +112,26 @@ fn start_and_one_burst() {
     assert!(burst.overrun);
     accel.done();
     gyro.done();
+}
+
+/// A wrong range of the gyro would scale every rate wrongly.
+#[test]
+fn a_setting_that_was_not_taken_is_no_start() {
+    let refused_at = |accel: &[Wire], gyro: &[Wire]| {
+        let (mut accel, mut gyro) = (mock(accel), mock(gyro));
+        let register = refused(&mut Bmi088::new(accel.clone(), gyro.clone()));
+        accel.done();
+        gyro.done();
+        register
+    };
+    let gyro = gyro_start(SOUND);
+    let wrong = ReadBack { gyro_range: 0x04, ..SOUND };
+    assert_eq!(refused_at(&accel_start(SOUND), &gyro_start(wrong)[..gyro.len() - 1]), 0x0F);
+    let wrong = ReadBack { bandwidth: 0x80, ..SOUND };
+    assert_eq!(refused_at(&accel_start(SOUND), &gyro_start(wrong)), 0x10);
+    let wrong = ReadBack { accel_range: 0x01, ..SOUND };
+    assert_eq!(refused_at(&accel_start(wrong), &gyro[..gyro.len() - 2]), 0x41);
+    // Suspended: it answers, and measures nothing.
+    let wrong = ReadBack { power: 0x03, ..SOUND };
+    refused_at(&[accel_start(SOUND), accel_settings(wrong)[..2].to_vec()].concat(), &gyro);
 }
