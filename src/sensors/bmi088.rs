@@ -66,6 +66,8 @@ mod gyro {
 const RESET: u8 = 0xB6;
 /// Reset time of the gyro; the accelerometer takes 1 ms.
 const RESET_US: u32 = 30_000;
+/// Time until the accelerometer takes the next write, from one in suspend mode: Bosch's BMI08x API waits as long.
+const RESUMED_US: u32 = 450;
 const POWERED_US: u32 = 5_000;
 /// Bursts between readings of the thermometer, which updates every 1.28 s.
 const BURSTS_PER_TEMPERATURE: u8 = 64;
@@ -142,6 +144,9 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
             1 => {
                 self.accel.register_read(accel::CHIP_ID)?;
                 self.accel.register_write(accel::PWR_CONF, accel::ACTIVE)?;
+                Ok(StartStep::After(RESUMED_US))
+            }
+            2 => {
                 self.accel.register_write(accel::PWR_CTRL, accel::ON)?;
                 Ok(StartStep::After(POWERED_US))
             }

@@ -105,7 +105,7 @@ fn start_and_one_burst() {
         .concat(),
     );
     let mut part = Bmi088::new(accel.clone(), gyro.clone());
-    assert_eq!(start(&mut part), [30_000, 5_000]);
+    assert_eq!(start(&mut part), [30_000, 450, 5_000]);
     let burst = burst(&mut part);
     let frame = |gyro, accel| Frame { codes: [Some(gyro), accel], temperature: Some(-1) };
     assert_eq!(burst.frames(), [frame([4, 5, 6], None), frame([7, 8, -9], Some([1, -2, 0x1234]))]);
