@@ -82,6 +82,8 @@ pub struct Bmi088<A, G> {
     gyro: SpiInterface<G>,
     temperature: Option<i32>,
     bursts: u8,
+    /// True if the part still shows an overrun that a burst has told.
+    overrun_told: bool,
 }
 
 impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Bmi088<A, G> {
@@ -92,6 +94,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Bmi088<A, G> {
             gyro: SpiInterface::new(gyro, false),
             temperature: None,
             bursts: 0,
+            overrun_told: false,
         }
     }
 }
@@ -153,6 +156,7 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
             _ => {
                 self.temperature = None;
                 self.bursts = 0;
+                self.overrun_told = false;
                 self.accel.register_write(accel::CONF, accel::NORMAL_200_HZ)?;
                 self.accel.register_write(accel::RANGE, accel::TO_24_G)?;
                 for (register, value) in gyro::SETTINGS {
@@ -176,7 +180,8 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
 
     fn read(&mut self, burst: &mut Burst<2>) -> Result<(), Self::Error> {
         let status = self.gyro.register_read(gyro::FIFO_STATUS)?;
-        burst.overrun = status & gyro::OVERRUN != 0;
+        let overrun = status & gyro::OVERRUN != 0;
+        burst.overrun = overrun && !self.overrun_told;
         let level = status & !gyro::OVERRUN;
         let taken = level.min(BURST_FRAMES as u8);
         burst.left = (level - taken).into();
@@ -199,10 +204,11 @@ impl<E, A: SpiDevice<Error = E>, G: SpiDevice<Error = E>> Part<2> for Bmi088<A, 
             };
             burst.push(Frame { codes: [Some(rate), accel], temperature: self.temperature });
         }
-        if burst.overrun && burst.left == 0 {
+        if overrun && burst.left == 0 {
             // Only this takes the flag back (5.5.4); it empties the FIFO, too, in which nothing is left.
             self.gyro.register_write(gyro::FIFO_CONFIG_1, gyro::STREAM)?;
         }
+        self.overrun_told = overrun && burst.left > 0;
         Ok(())
     }
 

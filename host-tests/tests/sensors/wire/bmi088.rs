@@ -114,6 +114,43 @@ fn start_and_one_burst() {
     gyro.done();
 }
 
+/// The part's flag stands until the FIFO is empty.
+#[test]
+fn an_overrun_is_told_once() {
+    let frames = |number| vec![gyro_vector(0x3F, [4, 0, 5, 0, 6, 0]); number];
+    let mut accel = mock(
+        &[
+            vec![accel_vector(0x22, [0; 6])],
+            accel_settings(SOUND),
+            accel_settings(SOUND),
+            vec![accel_read(0x03, 0x00)],
+            accel_settings(SOUND),
+            vec![accel_read(0x03, 0x00)],
+            accel_settings(SOUND),
+        ]
+        .concat(),
+    );
+    let mut gyro = mock(
+        &[
+            vec![gyro_read(0x0E, 0x80 | 20)],
+            frames(8),
+            vec![gyro_read(0x3E, 0x80), gyro_read(0x0E, 0x80 | 12)],
+            frames(8),
+            vec![gyro_read(0x3E, 0x80), gyro_read(0x0E, 0x80 | 4)],
+            frames(4),
+            vec![write(0x3E, 0x80), gyro_read(0x3E, 0x80), gyro_read(0x0E, 0x80 | 1)],
+            frames(1),
+            vec![write(0x3E, 0x80), gyro_read(0x3E, 0x80)],
+        ]
+        .concat(),
+    );
+    let mut part = Bmi088::new(accel.clone(), gyro.clone());
+    let told: Vec<(u16, bool)> = (0..4).map(|_| burst(&mut part)).map(|burst| (burst.left, burst.overrun)).collect();
+    assert_eq!(told, [(12, true), (4, false), (0, false), (0, true)]);
+    accel.done();
+    gyro.done();
+}
+
 /// A wrong range of the gyro would scale every rate wrongly.
 #[test]
 fn a_setting_that_was_not_taken_is_no_start() {
