@@ -1,5 +1,8 @@
 use embedded_hal_mock::eh1::spi::Transaction;
-use meerkat_mwd::sensors::{Frame, blocking::Bmi088};
+use meerkat_mwd::sensors::{
+    Frame,
+    blocking::{Bmi088, Part},
+};
 
 use super::{burst, exchange, mock, refused, start};
 
@@ -171,4 +174,16 @@ fn a_setting_that_was_not_taken_is_no_start() {
     // Suspended: it answers, and measures nothing.
     let wrong = ReadBack { power: 0x03, ..SOUND };
     refused_at(&[accel_start(SOUND), accel_settings(wrong)[..2].to_vec()].concat(), &gyro);
+}
+
+/// A low-pass of 80 Hz, and half a period for the frame whose time the gyro's interrupt sets.
+#[test]
+fn the_accelerometers_latency_has_the_wait_for_the_gyros_frame() {
+    let (mut accel, mut gyro) = (mock(&[]), mock(&[]));
+    let [gyro_s, accel_s] =
+        Bmi088::new(accel.clone(), gyro.clone()).data().sensors.map(|sensor| sensor.mean_latency_s());
+    assert!((gyro_s - 3.517e-3).abs() < 1e-6, "{gyro_s}");
+    assert!((accel_s - 5.313e-3).abs() < 1e-6, "{accel_s}");
+    accel.done();
+    gyro.done();
 }
