@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    clock_time,
+    clock_time::{ClockTime, unfold_midnights},
     table::{Column, Contents, Table},
 };
 
@@ -81,8 +81,8 @@ pub fn read(text: &str, name: &str, dialect: Dialect) -> Result<Contents, String
             take(cell, line, dialect, column);
         }
     }
-    for column in columns.iter_mut().filter(|column| column.is_clock) {
-        clock_time::unfold_midnights(&mut column.values);
+    for column in columns.iter_mut().filter(|column| column.is_clock && !column.has_date) {
+        unfold_midnights(&mut column.values);
     }
     if columns.first().is_none_or(|column| column.values.is_empty()) {
         return Err("no row of numbers follows the header row".into());
@@ -108,8 +108,10 @@ fn is_last(text: &str, line: u64) -> bool {
 fn take(cell: &str, line: u64, dialect: Dialect, column: &mut Column) {
     let mut value = number(cell, dialect);
     if value.is_none() && (column.is_clock || column.values.is_empty()) {
-        value = clock_time::seconds(cell);
-        column.is_clock |= value.is_some();
+        let time = ClockTime::of(cell);
+        column.is_clock |= time.is_some();
+        column.has_date |= time.is_some_and(|time| time.has_date);
+        value = time.map(|time| time.seconds);
     }
     let is_empty = matches!(cell.to_ascii_lowercase().as_str(), "" | "nan" | "na" | "n/a" | "null" | "none" | "-");
     if value.is_none() && !is_empty {
@@ -130,7 +132,7 @@ fn header(
     rows: &mut std::iter::Peekable<impl Iterator<Item = (u64, Vec<String>)>>,
     dialect: Dialect,
 ) -> Result<(Vec<String>, usize), String> {
-    let is_value = |cell: &String| number(cell, dialect).is_some() || clock_time::seconds(cell).is_some();
+    let is_value = |cell: &String| number(cell, dialect).is_some() || ClockTime::of(cell).is_some();
     let values = |cells: &[String]| cells.iter().filter(|cell| is_value(cell)).count();
     let mut above: Option<Vec<String>> = None;
     for _ in 0..LOOKED_AT {
@@ -245,6 +247,16 @@ mod tests {
             assert_eq!(columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["t", "x", "y"], "{ended}");
             assert_eq!(columns[2].values, [3.0, 5.0]);
         }
+    }
+
+    #[test]
+    fn clock_times_continue_after_midnight_and_a_date_is_taken_as_it_is() {
+        let times = |cells: [&str; 2]| {
+            let text = format!("t,x,y\n{},1,2\n{},3,4\n", cells[0], cells[1]);
+            read(&text, "log", dialect(&text)).unwrap().columns[0].values.clone()
+        };
+        assert_eq!(times(["23:59:59", "00:00:01"]), [86_399.0, 86_401.0]);
+        assert_eq!(times(["1970-01-03 00:00:01", "1970-01-02 00:00:02"]), [172_801.0, 86_402.0]);
     }
 
     #[test]

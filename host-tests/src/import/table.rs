@@ -39,6 +39,8 @@ pub struct Column {
     pub values: Vec<f64>,
     /// True if the cells are clock times, here in seconds.
     pub is_clock: bool,
+    /// True if a date stands before any of these times.
+    pub has_date: bool,
     /// First cell that is no number, with its line.
     pub not_a_number: Option<(u64, String)>,
     /// Number of such cells.

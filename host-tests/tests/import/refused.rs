@@ -243,3 +243,24 @@ fn what_repeats_without_saturation_is_none() {
         assert!(of_it.is_empty(), "{number}: {of_it:#?}");
     }
 }
+
+/// Stamps with a date that go back by a day are no clock that passes midnight.
+#[test]
+fn dates_that_go_back_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let plain = si([|v| v; 3]);
+    let mut text = String::from("clock,gx,gy,gz,ax,ay,az,mx,my,mz\n");
+    let rows = original().samples.len();
+    for (row, (line, sample)) in plain.lines().skip(1).zip(&original().samples).enumerate() {
+        let us = sample.t_us - original().first_us();
+        let (day, s, us) = (if 2 * row < rows { 3 } else { 2 }, us / 1_000_000, us % 1_000_000);
+        let cells = line.split_once(',').unwrap().1;
+        text += &format!("2026-03-{day:02} {:02}:{:02}:{:02}.{us:06},{cells}\n", s / 3_600, s / 60 % 60, s % 60);
+    }
+    let path = written(&folder, "log.csv", &text);
+    let told = imported(&[path]);
+    let is_it = |finding: &&mwd::import::Finding| {
+        finding.verdict == Verdict::Wrong && finding.told.contains("are out of order")
+    };
+    assert_eq!(told.findings.iter().filter(is_it).count(), 1, "{:#?}", told.findings);
+}
