@@ -79,7 +79,14 @@ fn a_batch_is_read_back_with_probe_day_verdict_and_windows() {
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         assert!(!at("wrong.html").exists());
     }
-    assert_eq!(mwd(&["fleet", text(&results), "--html", text(&results)]).status.code(), Some(2));
+    // The page takes the place of no table that is read.
+    for table in ["all.windows.parquet", "all.stations.parquet", "all.parquet"].map(at) {
+        let before = fs::read(&table).unwrap();
+        let output = mwd(&["fleet", text(&results), "--html", text(&table)]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains("would overwrite what is read"), "{output:?}");
+        assert_eq!(fs::read(&table).unwrap(), before);
+    }
 }
 
 /// A recording that was flown by `--force` is not among the sound ones, and the reason is told wherever it is shown.

@@ -7,9 +7,9 @@ use std::{
 
 use clap::Args;
 
-use super::same_file::same_file;
+use super::same_file::none_overwritten;
 use crate::{
-    batch::Key,
+    batch::{self, Key},
     fleet::{Recording, drift::probes, read_and_replaced},
     report::html::{fleet, write_page},
 };
@@ -35,11 +35,10 @@ pub struct FleetArgs {
 /// Writes the page and prints the worst.
 ///
 /// # Errors
-/// A table cannot be used, or the page cannot be written.
+/// A table cannot be used, or the page cannot be written or would overwrite a table.
 pub fn run(args: &FleetArgs) -> anyhow::Result<()> {
-    if args.tables.iter().any(|table| same_file(table, &args.html)) {
-        return Err(Failure::BadInput(format!("{}: the page would overwrite a table", args.html.display())).into());
-    }
+    let tables: Vec<PathBuf> = args.tables.iter().flat_map(|table| batch::tables(table)).collect();
+    none_overwritten(&[&args.html], &tables.iter().map(AsRef::as_ref).collect::<Vec<_>>())?;
     let (mut recordings, replaced) = read_and_replaced(&args.tables)?;
     if let Some(folder) = &args.html_dir {
         link(&mut recordings, folder, &args.html);
