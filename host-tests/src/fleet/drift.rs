@@ -39,6 +39,14 @@ impl Change {
     pub fn in_sigmas(&self) -> f64 {
         self.a_month.abs() / self.sigma.max(f64::MIN_POSITIVE)
     }
+
+    /// Quantile of a change that is chance alone, in its own deviations.
+    fn of_chance(&self, quantile: f64) -> Option<f64> {
+        match self.freedom {
+            Some(freedom) => Some(StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(quantile)),
+            None => Some(Normal::standard().inverse_cdf(quantile)),
+        }
+    }
 }
 
 /// Probes with results of at least two days; the one whose P moves most clearly comes first.
@@ -50,7 +58,7 @@ pub fn probes(recordings: &[Recording]) -> Vec<Probe> {
             all.entry(serial).or_default().push((date, last));
         }
     }
-    let mut probes: Vec<Probe> = all
+    let probes: Vec<Probe> = all
         .into_iter()
         .map(|(serial, mut results)| {
             results.sort_by_key(|(date, _)| *date);
@@ -58,12 +66,11 @@ pub fn probes(recordings: &[Recording]) -> Vec<Probe> {
         })
         .filter(|probe| probe.results.first().map(|(date, _)| date) != probe.results.last().map(|(date, _)| date))
         .collect();
-    let clearest = |probe: &Probe| {
-        let changes = (0..9).filter_map(|element| probe.change_percent(element));
-        changes.map(|change| change.in_sigmas()).fold(0.0, f64::max)
-    };
-    probes.sort_by(|a, b| clearest(b).total_cmp(&clearest(a)));
-    probes
+    let count = probes.len();
+    let over_chance = |probe: &Probe| probe.clearest(count).map_or(0.0, |(.., over_chance)| over_chance);
+    let mut probes: Vec<(f64, Probe)> = probes.into_iter().map(|probe| (over_chance(&probe), probe)).collect();
+    probes.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    probes.into_iter().map(|(_, probe)| probe).collect()
 }
 
 /// Days since 1970.
@@ -88,14 +95,19 @@ impl Probe {
     /// The element of P that moves most clearly, and its change, if that is more than chance among `probes` probes.
     #[must_use]
     pub fn moves(&self, probes: usize) -> Option<(usize, Change)> {
-        let changes = (0..9).filter_map(|element| Some((element, self.change_percent(element)?)));
-        let clearest = changes.max_by(|(_, a), (_, b)| a.in_sigmas().total_cmp(&b.in_sigmas()))?;
+        let (element, change, over_chance) = self.clearest(probes)?;
+        (over_chance > 1.0).then_some((element, change))
+    }
+
+    /// The element of P whose change is largest over what chance allows it among `probes` probes, its change, and that
+    /// ratio.
+    fn clearest(&self, probes: usize) -> Option<(usize, Change, f64)> {
         let quantile = 1.0 - 0.5 * FALSE_ALARM / (9 * probes.max(1)) as f64;
-        let limit = match clearest.1.freedom {
-            Some(freedom) => StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(quantile),
-            None => Normal::standard().inverse_cdf(quantile),
-        };
-        (clearest.1.in_sigmas() > limit).then_some(clearest)
+        let changes = (0..9).filter_map(|element| {
+            let change = self.change_percent(element)?;
+            Some((element, change, change.in_sigmas() / change.of_chance(quantile)?))
+        });
+        changes.max_by(|(.., a), (.., b)| a.total_cmp(b))
     }
 }
 
@@ -122,6 +134,33 @@ fn slope(points: &[[f64; 3]]) -> Option<Change> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    /// A probe with a recording each month: x of an element, percent, and its deviation.
+    fn probe(serial: &str, months: &[[f64; 9]], sigma: f64) -> Probe {
+        let result = |(month, percent): (usize, &[f64; 9])| {
+            let date = NaiveDate::default() + chrono::Days::new(30 * month as u64);
+            let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+            let p = std::array::from_fn(|element| identity[element] + 0.01 * percent[element]);
+            (date, Parameters { p, sigma: [0.01 * sigma; 12], ..Parameters::default() })
+        };
+        Probe { serial: serial.to_owned(), results: months.iter().enumerate().map(result).collect() }
+    }
+
+    /// Of three recordings that scatter about their line, one degree of freedom is left, and chance allows more than a
+    /// hundred deviations.
+    #[test]
+    fn an_element_that_scatters_hides_none_that_moves() {
+        let mut months = [[0.0; 9]; 3];
+        for (month, percent) in months.iter_mut().enumerate() {
+            percent[0] = [0.0, 1.1, 2.0][month];
+            percent[8] = 0.05 * month as f64;
+        }
+        let moved = probe("1", &months, 0.01);
+        let sigmas = [0, 8].map(|element| moved.change_percent(element).unwrap());
+        assert!(sigmas[0].in_sigmas() > sigmas[1].in_sigmas() && sigmas[0].freedom == Some(1.0), "{sigmas:?}");
+        assert!(sigmas[1].in_sigmas() > 6.0 && sigmas[1].freedom.is_none(), "{sigmas:?}");
+        assert_eq!(moved.moves(1).map(|(element, _)| element), Some(8));
+    }
 
     #[test]
     fn a_line_comes_back_and_scatter_widens_its_deviation() {
