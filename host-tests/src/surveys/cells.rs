@@ -98,3 +98,20 @@ pub(super) fn each_once<'a>(
     }
     Ok(())
 }
+
+/// Refuses two complete groups of columns of one quantity, which differ in unit or sign. `named` has the header's
+/// columns by their meaning.
+pub(super) fn one_group<'a>(
+    header: &StringRecord,
+    named: &[String],
+    quantity: &str,
+    groups: impl IntoIterator<Item = &'a [&'a str]>,
+) -> Result<(), String> {
+    let find = |name: &&str| header.iter().zip(named).find(|(_, named)| named == name).map(|(written, _)| written);
+    let written = |group: &[&str]| Some(group.iter().map(find).collect::<Option<Vec<_>>>()?.join(", "));
+    let mut complete = groups.into_iter().filter_map(written);
+    if let (Some(first), Some(second)) = (complete.next(), complete.next()) {
+        return Err(format!("columns {first:?} and {second:?} are both {quantity}: leave out one of them"));
+    }
+    Ok(())
+}

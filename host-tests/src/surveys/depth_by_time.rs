@@ -1,7 +1,7 @@
 //! Depths from a CSV file by time.
 
 use super::{
-    cells::{each_once, line, number, stated, table, unmarked, unread},
+    cells::{each_once, line, number, one_group, stated, table, unmarked, unread},
     column_names::{DEPTHS, Units, named},
 };
 use testbed::failure::Failure;
@@ -27,6 +27,7 @@ impl DepthByTime {
         let units = stated(text, "units").map(Units::parse).transpose()?;
         let names: Vec<String> = header.iter().map(|column| named(column, units.as_ref())).collect();
         each_once(&header, &names, DEPTHS.map(|(name, _)| name).into_iter().chain(["t_s"]))?;
+        one_group(&header, &names, "depth", DEPTHS.iter().map(|(name, _)| std::slice::from_ref(name)))?;
         let find = |name: &str| names.iter().position(|column| column == name);
         let depth = DEPTHS.iter().find_map(|(name, factor)| Some((find(name)?, *factor)));
         let (Some(time), Some((depth, metres))) = (find("t_s"), depth) else {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{
-    cells::{each_once, stated},
+    cells::{each_once, one_group, stated},
     column_names::{DEPTHS, Units, named},
     measured::STANDARD_GRAVITY_M_S2,
 };
@@ -83,6 +83,9 @@ pub(super) fn columns(header: &csv::StringRecord, text: &str) -> Result<Columns,
     let header: Vec<String> = written.iter().map(|column| named(column, units.as_ref())).collect();
     let axes_of = FORCES.iter().chain(&FIELDS).flat_map(|(names, _)| *names);
     each_once(written, &header, axes_of.chain(DEPTHS.map(|(name, _)| name)).chain(OTHERS))?;
+    one_group(written, &header, "depth", DEPTHS.iter().map(|(name, _)| std::slice::from_ref(name)))?;
+    one_group(written, &header, "gravity", FORCES.iter().map(|(names, _)| names.as_slice()))?;
+    one_group(written, &header, "field", FIELDS.iter().map(|(names, _)| names.as_slice()))?;
     let find = |name: &str| header.iter().position(|column| column == name);
     let three = |names: [&str; 3]| {
         let [x, y, z] = names.map(find);

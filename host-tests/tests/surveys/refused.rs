@@ -190,3 +190,37 @@ fn an_angle_out_of_its_range_is_told_with_its_place() {
     let told = "stations.csv: line 3: column inclination_deg: \"200\" is out of range: must be 0 to 180 deg";
     assert!(!done && text.contains(told), "{text}");
 }
+
+#[test]
+fn two_groups_of_columns_for_one_quantity_are_refused() {
+    let twice = |header: &str, rest: &str| {
+        let rows = ROWS.map(|row| format!("{row},{rest}"));
+        csv(header, &rows.each_ref().map(|row| &**row))
+    };
+    for (more, rest, told) in [
+        ("MD (ft)", "1968.5", "columns \"md_m\" and \"MD (ft)\" are both depth: leave out one of them"),
+        (
+            "ax_m_s2,ay_m_s2,az_m_s2",
+            "0.1,-0.3,-9.8",
+            "columns \"ax_m_s2, ay_m_s2, az_m_s2\" and \"gx_g, gy_g, gz_g\" are both gravity: leave out one of them",
+        ),
+        (
+            "Bx (uT),By (uT),Bz (uT)",
+            "-4.4,-14.4,49.0",
+            "columns \"Bx (uT), By (uT), Bz (uT)\" and \"bx_nt, by_nt, bz_nt\" are both field: leave out one of them",
+        ),
+    ] {
+        let (done, text) = said(RUN, &twice(&format!("{HEADER},{more}"), rest));
+        assert!(!done && text.contains(told), "{text}");
+    }
+    // One axis of another group is no second group.
+    let (done, text) = said(RUN, &twice(&format!("{HEADER},ax_m_s2"), "0.1"));
+    assert!(done, "{text}");
+    let (done, text) = said_beside(
+        RUN,
+        &csv(&HEADER.replace("md_m", "t_s"), &ROWS),
+        &["--depth", "depths.csv"],
+        "t_s,md_m,md_ft\n0,600,1968\n9999,629,2063\n",
+    );
+    assert!(!done && text.contains("columns \"md_m\" and \"md_ft\" are both depth"), "{text}");
+}
