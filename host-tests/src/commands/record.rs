@@ -16,10 +16,10 @@ use clap::Args;
 use meerkat_mwd::telemetry::{Command, FrameDecoder, MAX_DECODED, Message};
 
 use crate::{
-    commands::same_file::same_file,
+    commands::same_file::none_overwritten,
     port::{
         line::{Line, LineArgs, Received},
-        recording::{Progress, Recording},
+        recording::{Progress, Recording, beside, model_beside},
     },
 };
 use testbed::{command_frame::frame_of, console::told, failure::Failure};
@@ -52,11 +52,9 @@ pub fn run(args: &RecordArgs) -> anyhow::Result<()> {
     if args.output.to_str().is_none_or(|name| !name.ends_with(".csv") && !name.ends_with(".csv.gz")) {
         return Err(Failure::BadInput(format!("{}: must end in .csv or .csv.gz", args.output.display())).into());
     }
-    let place = Path::new(&args.line.place);
-    if let Some(capture) = args.capture.as_ref().filter(|path| same_file(path, place) || same_file(path, &args.output))
-    {
-        return Err(Failure::BadInput(format!("{}: would be read or written twice", capture.display())).into());
-    }
+    let written = [args.output.clone(), beside(&args.output), model_beside(&args.output)];
+    let outputs: Vec<&Path> = written.iter().chain(&args.capture).map(AsRef::as_ref).collect();
+    none_overwritten(&outputs, &[Path::new(&args.line.place)])?;
     let mut line = Line::open(&args.line)?;
     let capture = match &args.capture {
         Some(path) => Some((path, File::create(path).map_err(|e| Failure::output(path, &e))?)),

@@ -176,3 +176,36 @@ fn a_recording_ends_where_the_program_starts_afresh() {
         assert_eq!(recording.take(message), Progress::Goes);
     }
 }
+
+/// The bytes that are read stay, whichever of the files to be written has their name, and no two files have one name.
+#[test]
+fn a_recording_overwrites_neither_what_it_reads_nor_itself() {
+    let (config, samples) = flown::recording("broad_06");
+    let bytes = flown::stream(&config, &samples[..500], AttitudeFormat::Compact);
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let read = "would overwrite what is read";
+    for (place, output, capture, told) in [
+        ("line.csv", "line.csv", None, read),
+        ("line.toml", "line.csv", None, read),
+        ("line.model.toml", "line.csv.gz", None, read),
+        ("line.bin", "trace.csv", Some("line.bin"), read),
+        ("line.bin", "trace.csv", Some("trace.csv"), "would overwrite another one"),
+        ("line.bin", "trace.csv", Some("trace.toml"), "would overwrite another one"),
+    ] {
+        fs::write(at(place), &bytes).unwrap();
+        let capture = capture.map(at);
+        let mut arguments = vec!["record".to_owned(), at(place), "-o".to_owned(), at(output)];
+        arguments.extend(capture.iter().flat_map(|capture| ["--capture".to_owned(), capture.clone()]));
+        let recorded = mwd(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let said = String::from_utf8(recorded.stderr).unwrap();
+        assert!(recorded.status.code() == Some(2) && said.contains(told), "{arguments:?}: {said}");
+        assert!(fs::read(at(place)).unwrap() == bytes, "{arguments:?}");
+    }
+    // Its own files of before it does write again.
+    for _ in 0..2 {
+        let recorded = mwd(&["record", &at("line.bin"), "-o", &at("trace.csv"), "--capture", &at("again.bin")]);
+        assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
+    }
+    assert!(fs::read(at("again.bin")).unwrap() == bytes);
+}
