@@ -34,6 +34,8 @@ pub struct Recording {
     lost: u64,
     /// Samples whose time did not increase: the pipeline refuses them, and a trace cannot hold them.
     out_of_order: u64,
+    /// Samples with a reading that is no number or beyond any sensor, which a trace cannot hold either.
+    not_readings: u64,
     restarted: bool,
     /// Time of the latest report of health, microseconds.
     health_us: u64,
@@ -114,7 +116,9 @@ impl Recording {
         if self.samples.last().is_some_and(|last| sample.t_us <= last.t_us) {
             self.out_of_order += 1;
         } else {
-            self.samples.push(sample);
+            let clean = sample.sanitised();
+            self.not_readings += u64::from(clean.flags != sample.flags);
+            self.samples.push(clean);
         }
         Progress::Goes
     }
@@ -201,6 +205,11 @@ impl Recording {
         }
         note(self.lost > 0, format!("{} samples were lost on the way: a replay differs from there on", self.lost));
         note(self.out_of_order > 0, format!("{} samples whose time did not increase are left out", self.out_of_order));
+        let text = format!(
+            "readings of {} samples are no numbers or beyond any sensor, and count as missing",
+            self.not_readings
+        );
+        note(self.not_readings > 0, text);
         note(self.restarted, "the probe started afresh, and the recording ends there".into());
         lines.push(self.link_line());
         Ok(lines)

@@ -209,3 +209,26 @@ fn a_recording_overwrites_neither_what_it_reads_nor_itself() {
     }
     assert!(fs::read(at("again.bin")).unwrap() == bytes);
 }
+
+/// A sender that does not clean its samples.
+#[test]
+fn readings_that_are_no_numbers_are_missing_and_told() {
+    let samples = [
+        Sample { t_us: 1, gyro_rad_s: [0.1, f32::NAN, 0.3], ..Sample::default() },
+        Sample { t_us: 2, mag_ut: [f32::INFINITY, 0.0, 0.0], accel_m_s2: [0.0, 0.0, -9.8], ..Sample::default() },
+        Sample { t_us: 3, gyro_rad_s: [0.1, 0.2, 0.3], temperature_c: 20.0, ..Sample::default() },
+    ];
+    let mut recording = Recording::default();
+    for (number, sample) in (0..).zip(samples) {
+        recording.take(Message::Sample(RawSample { number, sample }));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("trace.csv");
+    let told = recording.write(&path).unwrap();
+    let note = "note: readings of 2 samples are no numbers or beyond any sensor, and count as missing";
+    assert!(told.iter().any(|line| line == note), "{told:?}");
+    let read = Trace::read(&path).unwrap().samples;
+    let flags: Vec<SampleFlags> = read.iter().map(|sample| sample.flags).collect();
+    assert_eq!(flags, [SampleFlags::GYRO_MISSING, SampleFlags::MAG_MISSING, SampleFlags::empty()]);
+    assert_eq!((read[1].accel_m_s2, read[2]), ([0.0, 0.0, -9.8], samples[2]));
+}
