@@ -256,6 +256,27 @@ fn no_output_overwrites_an_input_or_another_one() {
     }
 }
 
+/// Attitudes are tables of the ending that traces have: a later run would take them for recordings.
+#[test]
+fn attitudes_go_into_no_folder_that_is_read() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("rec")).unwrap();
+    recordings(&at("rec"), 1, 20.0);
+    fs::write(at("list"), text(&at("rec"))).unwrap();
+    let (rec, listed, results) = (at("rec"), format!("@{}", text(&at("list"))), at("all.parquet"));
+    for input in [text(&rec), &listed] {
+        for (attitudes, is_refused) in [("rec", true), ("rec/in/it", true), ("rec/../rec/it", true), ("beside", false)]
+        {
+            let output = mwd(&["batch", input, "-o", text(&results), "--attitude-dir", text(&at(attitudes))]);
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code() == Some(2), is_refused, "{attitudes}: {output:?}");
+            assert_eq!(said.contains("lies in a folder that is read"), is_refused, "{attitudes}: {said}");
+        }
+    }
+    assert_eq!(fs::read_dir(&rec).unwrap().count(), 1);
+}
+
 /// A configuration that no trace can fly with says nothing of the recordings.
 #[test]
 fn a_configuration_that_cannot_be_used_ends_the_run_before_it_begins() {

@@ -8,9 +8,13 @@ use std::{
 
 use clap::Args;
 
-use super::{fleet, hold_out::hold_out, same_file::none_overwritten};
+use super::{
+    fleet,
+    hold_out::hold_out,
+    same_file::{lies_in, none_overwritten},
+};
 use crate::{
-    batch::{Options, inputs::recordings, run as fly_all, tables},
+    batch::{Options, inputs::Inputs, run as fly_all, tables},
     fleet::read,
 };
 use testbed::{
@@ -65,8 +69,9 @@ pub struct BatchArgs {
 /// An input names nothing, the configuration cannot be used, or an output cannot be written or would overwrite an input
 /// or another one.
 pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
-    let paths = recordings(&args.inputs)?;
-    check_outputs(args, &paths)?;
+    let inputs = Inputs::of(&args.inputs)?;
+    check_outputs(args, &inputs)?;
+    let paths = inputs.recordings;
     if let Some(config) = args.config.as_deref() {
         // What is wrong without a trace is wrong with every one.
         let trace = Trace::default();
@@ -128,11 +133,21 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses to overwrite an input, and to write two results to one file.
-fn check_outputs(args: &BatchArgs, recordings: &[PathBuf]) -> Result<(), Failure> {
+/// Refuses to overwrite an input, to write two results to one file, and to write attitudes, whose files end as those of
+/// traces, where a later run would take them for recordings.
+fn check_outputs(args: &BatchArgs, inputs: &Inputs) -> Result<(), Failure> {
+    if let Some(folder) = &args.attitude_dir
+        && let Some(read) = inputs.folders.iter().find(|read| lies_in(folder, read))
+    {
+        return Err(Failure::BadInput(format!(
+            "{}: lies in a folder that is read, {}: its attitudes would be taken for recordings",
+            folder.display(),
+            read.display()
+        )));
+    }
     let tables = tables(&args.output);
     let outputs: Vec<&Path> = tables.iter().chain(&args.html).map(AsRef::as_ref).collect();
     let lists = args.inputs.iter().filter_map(|input| input.strip_prefix('@')).map(Path::new);
-    let inputs: Vec<&Path> = recordings.iter().chain(&args.config).map(AsRef::as_ref).chain(lists).collect();
+    let inputs: Vec<&Path> = inputs.recordings.iter().chain(&args.config).map(AsRef::as_ref).chain(lists).collect();
     none_overwritten(&outputs, &inputs)
 }

@@ -34,6 +34,14 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     !is_stdio(a) && !is_stdio(b) && resolved(a).is_some_and(|a| resolved(b) == Some(a))
 }
 
+/// Returns true if a folder, which need not exist yet, is another one or lies in it.
+#[must_use]
+pub fn lies_in(folder: &Path, other: &Path) -> bool {
+    let absolute = std::path::absolute(folder).unwrap_or_default();
+    let there = absolute.ancestors().find_map(|ancestor| ancestor.canonicalize().ok());
+    there.zip(other.canonicalize().ok()).is_some_and(|(there, other)| there.starts_with(other))
+}
+
 /// Absolute path; for a file that does not exist yet, that of its folder and its name.
 fn resolved(path: &Path) -> Option<PathBuf> {
     if let Ok(there) = path.canonicalize() {
