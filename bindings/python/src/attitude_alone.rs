@@ -67,19 +67,20 @@ impl AttitudeFilter {
         }
         let period_s = self.period_s;
         let (inner, without_field) = (&mut self.inner, &mut self.without_field);
+        // Without a field the filter that takes one goes on, too, so that it is at the next batch's time.
         let (rows_with, rows_without) = py.detach(|| {
-            let with = mag.map(|mag| filtered(inner, period_s, &gyr, &acc, Some(&mag)));
+            let with = filtered(inner, period_s, &gyr, &acc, mag.as_ref());
             (with, filtered(without_field, period_s, &gyr, &acc, None))
         });
         let arrays = PyDict::new(py);
         let quaternions = |of: &[Row]| rows(of.iter().map(|row| row.quaternion)).into_pyarray(py);
         arrays.set_item("quat6D", quaternions(&rows_without))?;
-        if let Some(with) = &rows_with {
-            arrays.set_item("quat9D", quaternions(with))?;
-            let refused: Vec<bool> = with.iter().map(|row| row.field_is_refused).collect();
+        if mag.is_some() {
+            arrays.set_item("quat9D", quaternions(&rows_with))?;
+            let refused: Vec<bool> = rows_with.iter().map(|row| row.field_is_refused).collect();
             arrays.set_item("magDistDetected", refused.into_pyarray(py))?;
         }
-        let said = rows_with.as_ref().unwrap_or(&rows_without);
+        let said = if mag.is_some() { &rows_with } else { &rows_without };
         arrays.set_item("bias", rows(said.iter().map(|row| row.bias_rad_s)).into_pyarray(py))?;
         let sigmas: Vec<f32> = said.iter().map(|row| row.bias_sigma_rad_s).collect();
         arrays.set_item("biasSigma", sigmas.into_pyarray(py))?;

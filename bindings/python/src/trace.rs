@@ -27,8 +27,8 @@ impl Trace {
     }
 
     /// A trace of arrays: times in seconds (N), rad/s (N, 3), m/s^2 (N, 3), uT (N, 3), degC (N). NaN is a
-    /// missing value. A row whose time is not after that of the row before, or far ahead of the rows around it, is
-    /// dropped and counted; with `strict`, or over one in twenty, it is an error.
+    /// missing value, infinity an error. A row whose time is not after that of the row before, or far ahead of the
+    /// rows around it, is dropped and counted; with `strict`, or over one in twenty, it is an error.
     #[staticmethod]
     #[pyo3(signature = (t_s, gyr, acc, mag=None, temperature=None, keys=Vec::new(), strict=false))]
     fn from_arrays(
@@ -82,20 +82,26 @@ impl Trace {
                 continue;
             }
             let mut flags = SampleFlags::empty();
-            let mut three = |values: Option<&PyReadonlyArray2<'_, f64>>, missing| {
+            let mut three = |name: &str, values: Option<&PyReadonlyArray2<'_, f64>>, missing| {
                 let read = values.map(|values| {
                     let values = values.as_array();
                     [0, 1, 2].map(|axis| values[(row, axis)] as f32)
                 });
-                read.filter(|row| row.iter().all(|x| x.is_finite())).unwrap_or_else(|| {
+                if let Some(axis) = read.and_then(|read| read.iter().position(|x| x.is_infinite())) {
+                    return Err(infinite(row, &format!("{name}[{axis}]")));
+                }
+                Ok(read.filter(|read| !read.iter().any(|x| x.is_nan())).unwrap_or_else(|| {
                     flags.insert(missing);
                     [0.0; 3]
-                })
+                }))
             };
-            let gyro_rad_s = three(Some(&gyr), SampleFlags::GYRO_MISSING);
-            let accel_m_s2 = three(Some(&acc), SampleFlags::ACCEL_MISSING);
-            let mag_ut = three(mag.as_ref(), SampleFlags::MAG_MISSING);
-            let warm = temperature.as_ref().map(|values| values.as_array()[row] as f32).filter(|x| x.is_finite());
+            let gyro_rad_s = three("gyr", Some(&gyr), SampleFlags::GYRO_MISSING)?;
+            let accel_m_s2 = three("acc", Some(&acc), SampleFlags::ACCEL_MISSING)?;
+            let mag_ut = three("mag", mag.as_ref(), SampleFlags::MAG_MISSING)?;
+            let warm = temperature.as_ref().map(|values| values.as_array()[row] as f32).filter(|x| !x.is_nan());
+            if warm.is_some_and(f32::is_infinite) {
+                return Err(infinite(row, "temperature"));
+            }
             flags.set(SampleFlags::TEMPERATURE_MISSING, warm.is_none());
             trace.samples.push(Sample {
                 t_us,
@@ -149,7 +155,7 @@ impl Trace {
                 if time == Some(place) {
                     let t_us = microseconds(row, value)?;
                     text += &format!("{}.{:06}", t_us / 1_000_000, t_us % 1_000_000);
-                } else if value.is_finite() {
+                } else if !value.is_nan() {
                     text += &value.to_string();
                 }
             }
@@ -243,6 +249,11 @@ fn microseconds(row: usize, time: f64) -> PyResult<u64> {
         return Err(bad(format!("row {row}: time {time} s is negative, too large or no number")));
     }
     Ok(t_us as u64)
+}
+
+/// Error of a reading that is infinite, or too large for the number format.
+fn infinite(row: usize, column: &str) -> PyErr {
+    bad(format!("row {row}, column {column}: not a finite number; a missing value is NaN"))
 }
 
 fn far_ahead(row: usize, time: f64) -> String {

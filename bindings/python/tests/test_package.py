@@ -206,6 +206,41 @@ def test_wrong_input_says_what_is_wrong(tmp_path):
         mwd.replay(MAGNET, hold_out=2.0)
 
 
+def test_infinity_is_no_missing_value():
+    import pandas as pd
+
+    t_s, good, there = np.arange(10) * 0.01, np.ones((10, 3)), np.ones(10)
+    for kind in [np.inf, -np.inf, 1e300]:
+        spoilt = good.copy()
+        spoilt[3, 1] = kind
+        for name, arrays in [("gyr", (spoilt, good)), ("acc", (good, spoilt)), ("mag", (good, good, spoilt))]:
+            with pytest.raises(ValueError, match=rf"row 3, column {name}\[1\]: not a finite number"):
+                mwd.trace(t_s, *arrays)
+        with pytest.raises(ValueError, match="row 3, column temperature: not a finite number"):
+            mwd.trace(t_s, good, good, temperature=np.where(t_s == t_s[3], kind, 20.0))
+        table = pd.DataFrame({"t_s": t_s, **{name: there for name in "gx gy gz ax ay az".split()}})
+        table.loc[3, "gy"] = kind
+        with pytest.raises(ValueError, match="row 3, column gy: .* is not a finite number"):
+            mwd.trace(table)
+    spoilt = good.copy()
+    spoilt[3, 1] = np.nan
+    assert np.isnan(mwd.trace(t_s, spoilt, good).arrays()["gyr"][3]).all()
+
+
+def test_a_batch_without_field_advances_the_filter_that_takes_one():
+    trace, _, _ = mwd.simulate(SCENARIO, seed=2)
+    arrays = {name: trace.arrays()[name][:6_000] for name in ["true_rate", "acc", "mag"]}
+    gap = arrays["mag"].copy()
+    gap[2_000:4_000] = np.nan
+    whole = mwd.AttitudeFilter(0.01).updateBatch(arrays["true_rate"], arrays["acc"], gap)
+    parts = mwd.AttitudeFilter(0.01)
+    for rows, has_field in [(slice(0, 2_000), True), (slice(2_000, 4_000), False), (slice(4_000, 6_000), True)]:
+        rate, force, field = (arrays[name][rows] for name in ["true_rate", "acc", "mag"])
+        found = parts.updateBatch(rate, force, field if has_field else None)
+    for name in ["quat6D", "quat9D", "bias"]:
+        assert np.array_equal(found[name], whole[name][4_000:], equal_nan=True), name
+
+
 def test_an_import_is_refused_with_the_fix(tmp_path):
     arrays = mwd.read(MAGNET).arrays()
     columns = [arrays["t_s"] * 1e3, *np.degrees(arrays["gyr"].T)[[1, 0, 2]], *arrays["acc"].T, *arrays["mag"].T]
