@@ -4,7 +4,7 @@ use meerkat_mwd::{
     Config, Sample, SampleFlags, compensation::GyroModel, config::Latency, identification::WindowReport,
 };
 
-use super::seen::{Seen, seen};
+use super::seen::{Seen, counted, seen};
 use testbed::{
     flight::{Flight, configuration::of_trace, fly},
     simulate::{
@@ -165,7 +165,7 @@ fn errors_of_p(flight: &Flight, truth: &GyroModel) -> Vec<f64> {
         let elements = report.fitted.p.into_iter().flatten().zip(truth.p.into_iter().flatten());
         elements
             .zip(report.sigma)
-            .map(|((found, true_one), sigma)| f64::from((found - true_one) / sigma).abs())
+            .map(|((found, true_one), sigma)| counted(f64::from((found - true_one) / sigma).abs()))
             .collect()
     };
     flight.reports.iter().filter(|report| report.cost_after.is_some()).flat_map(of).collect()

@@ -4,7 +4,10 @@ mod cases;
 pub mod schedules;
 mod seen;
 
-use self::cases::{CASES, Case};
+use self::{
+    cases::{CASES, Case},
+    seen::counted,
+};
 use testbed::study::{Cell, Effort, Table, median, seeds::each_seed};
 
 /// Plays every case, and the schedules.
@@ -13,6 +16,11 @@ use testbed::study::{Cell, Effort, Table, median, seeds::each_seed};
 /// A configuration cannot be flown.
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     Ok(vec![cases(effort)?, schedules::table(effort)?])
+}
+
+/// Cell of a figure. One that is infinite is told: a dash would say that there is none.
+fn cell(figure: f64, decimals: usize) -> Cell {
+    if figure.is_infinite() { Cell::from("infinite") } else { Cell::number(figure, decimals) }
 }
 
 /// Table of the cases.
@@ -28,13 +36,24 @@ pub(crate) fn cases(effort: Effort) -> anyhow::Result<Table> {
     for Case { name, figures, run } in &CASES {
         let runs = each_seed(0..seeds, run)?;
         for (k, figure) in figures.iter().enumerate() {
-            let values: Vec<f64> = runs.iter().filter_map(|values| values.get(k).copied()).collect();
+            let values: Vec<f64> = runs.iter().filter_map(|values| values.get(k).copied()).map(counted).collect();
             let worst = values.iter().copied().fold(f64::NAN, f64::max);
             let middle = median(&values);
             let limit = figure.at_most.map_or_else(|| Cell::from("-"), |limit| Cell::number(limit, 2));
-            let [middle, worst] = [middle, worst].map(|x| Cell::number(x, 2));
+            let [middle, worst] = [middle, worst].map(|x| cell(x, 2));
             table.row([Cell::from(*name), figure.name.into(), figure.unit.into(), middle, worst, limit]);
         }
     }
     Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_that_is_no_number_is_the_worst_and_is_shown() {
+        let worst = [1.0, f64::NAN, 2.0].map(counted).into_iter().fold(f64::NAN, f64::max);
+        assert_eq!((cell(worst, 2).text.as_str(), cell(2.0, 2).text.as_str()), ("infinite", "2.00"));
+    }
 }

@@ -5,6 +5,7 @@ use meerkat_mwd::{Sample, SampleFlags};
 
 use super::{
     cases::{configured, flown, random},
+    cell,
     seen::{Unflagged, unflagged},
 };
 use testbed::simulate::{Gyro, Hole, Random, Rotation, Scenario, simulate};
@@ -232,7 +233,7 @@ pub(crate) fn table(effort: Effort) -> anyhow::Result<Table> {
             Cell::number(sum(|seen| seen.count), 0),
             Cell::number(sum(|seen| seen.beyond), 0),
             Cell::number(most(|seen| seen.longest_s), 2),
-            Cell::number(most(|seen| seen.worst), 1),
+            cell(most(|seen| seen.worst), 1),
         ]);
     };
     add("all".to_owned(), &|_| true);

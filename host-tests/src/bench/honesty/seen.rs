@@ -40,6 +40,17 @@ struct AngleError {
     is_heading: bool,
 }
 
+impl AngleError {
+    fn in_sigmas(&self) -> f64 {
+        counted(self.error_rad / f64::from(self.sigma_rad))
+    }
+}
+
+/// A figure as it is judged: what is no number is worse than any.
+pub(super) fn counted(figure: f64) -> f64 {
+    if figure.is_nan() { f64::INFINITY } else { figure }
+}
+
 /// Errors of inclination, azimuth and gravity toolface; near the vertical of the magnetic toolface in place of the last
 /// two.
 fn errors(attitude: &Attitude, truth: &UnitQuaternion<f64>) -> Vec<AngleError> {
@@ -86,11 +97,12 @@ pub(super) fn seen(trace: &Trace, flight: &Flight, from_s: f64) -> Seen {
         let total = found.angle_to(&truth).to_degrees();
         (squares, count) = (squares + total * total, count + 1.0);
         let is_flagged = attitude.flags.intersects(FLAGGED);
-        for AngleError { error_rad, sigma_rad, is_heading } in errors(&attitude, &truth) {
-            let worst = if is_heading { &mut seen.heading_deg } else { &mut seen.inclination_deg };
-            *worst = worst.max(error_rad.to_degrees());
+        for of in errors(&attitude, &truth) {
+            let worst = if of.is_heading { &mut seen.heading_deg } else { &mut seen.inclination_deg };
+            let error_deg = of.error_rad.to_degrees();
+            *worst = worst.max(if is_flagged { error_deg } else { counted(error_deg) });
             if !is_flagged {
-                seen.sigmas = seen.sigmas.max(error_rad / f64::from(sigma_rad));
+                seen.sigmas = seen.sigmas.max(of.in_sigmas());
             }
         }
     }
@@ -118,8 +130,7 @@ pub fn unflagged(trace: &Trace, flight: &Flight, from_s: f64) -> Unflagged {
     let mut all = Unflagged::default();
     let mut since_s = None;
     for (t_s, attitude, truth) in compared(trace, flight).filter(|(t_s, ..)| *t_s >= from_s) {
-        let sigmas =
-            errors(&attitude, &truth).iter().map(|of| of.error_rad / f64::from(of.sigma_rad)).fold(0.0, f64::max);
+        let sigmas = errors(&attitude, &truth).iter().map(AngleError::in_sigmas).fold(0.0, f64::max);
         let is_unflagged = !attitude.flags.intersects(FLAGGED);
         let is_beyond = is_unflagged && sigmas > BEYOND;
         all.count += usize::from(is_unflagged);
@@ -131,4 +142,52 @@ pub fn unflagged(trace: &Trace, flight: &Flight, from_s: f64) -> Unflagged {
         all.longest_s = all.longest_s.max(since_s.map_or(0.0, |since_s| t_s - since_s));
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use meerkat_mwd::{Sample, probe::Output};
+
+    use super::*;
+
+    /// Attitude of a level tool at its truth, stated to a milliradian.
+    const RIGHT: Attitude = Attitude {
+        q: [1.0, 0.0, 0.0, 0.0],
+        inclination_rad: 0.0,
+        azimuth_rad: 0.0,
+        gravity_toolface_rad: 0.0,
+        magnetic_toolface_rad: 0.0,
+        sigma_inclination_rad: 1e-3,
+        sigma_azimuth_rad: 1e-3,
+        sigma_toolface_rad: 1e-3,
+        flags: AttitudeFlags::empty(),
+    };
+
+    /// Both judgements of one attitude.
+    fn judged(attitude: Attitude) -> (Seen, Unflagged) {
+        let sample = Sample { t_us: 1, ..Sample::default() };
+        let trace = Trace { samples: vec![sample], reference: vec![Some([1.0, 0.0, 0.0, 0.0])], ..Trace::default() };
+        let output = Output { t_us: 1, rate_rad_s: [0.0; 3], attitude: Some(attitude) };
+        let flight = Flight { outputs: vec![output], ..Flight::default() };
+        (seen(&trace, &flight, 0.0), unflagged(&trace, &flight, 0.0))
+    }
+
+    #[test]
+    fn what_is_no_number_is_beyond_any_sigmas_unless_a_flag_marks_it() {
+        let (seen, unflagged) = judged(RIGHT);
+        assert_eq!((seen.sigmas, unflagged.beyond, unflagged.worst), (0.0, 0, 0.0));
+        for wrong in [
+            Attitude { inclination_rad: f32::NAN, ..RIGHT },
+            Attitude { magnetic_toolface_rad: f32::NAN, ..RIGHT },
+            Attitude { sigma_toolface_rad: f32::NAN, ..RIGHT },
+        ] {
+            let (seen, unflagged) = judged(wrong);
+            assert_eq!(seen.sigmas, f64::INFINITY, "{wrong:?}");
+            assert_eq!((unflagged.count, unflagged.beyond, unflagged.worst), (1, 1, f64::INFINITY), "{wrong:?}");
+            let (seen, unflagged) = judged(Attitude { flags: AttitudeFlags::FAULT, ..wrong });
+            assert_eq!((seen.sigmas, unflagged.beyond), (0.0, 0));
+        }
+        let (seen, _) = judged(Attitude { inclination_rad: f32::NAN, ..RIGHT });
+        assert_eq!(seen.inclination_deg, f64::INFINITY);
+    }
 }
