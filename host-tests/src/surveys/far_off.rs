@@ -49,19 +49,24 @@ pub fn is_off(off: &[f64; 3]) -> bool {
 pub fn off_at(stations: &[(f64, [f64; 3])]) -> Option<String> {
     let depths: Vec<String> =
         stations.iter().filter(|(_, off)| is_off(off)).map(|(md_m, _)| format!("{md_m:.1}")).collect();
-    let named = depths.get(..NAMED).unwrap_or(&depths).join(", ");
-    let more = match depths.len().saturating_sub(NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
     (!depths.is_empty()).then(|| {
         format!(
             "{} of {} stations read gravity, field or dip off the reference by more than surveys are accepted with (2.5 mg, 300 \
-             nT, 0.25 deg): at {named} m{more}",
+             nT, 0.25 deg): {}",
             depths.len(),
-            stations.len()
+            stations.len(),
+            at(&depths)
         )
     })
+}
+
+/// Depths as a warning names them: the first ones, and how many more there are.
+pub(super) fn at(depths: &[String]) -> String {
+    let named = depths.get(..NAMED).unwrap_or(depths).join(", ");
+    match depths.len().saturating_sub(NAMED) {
+        0 => format!("at {named} m"),
+        more => format!("at {named} m and {more} more"),
+    }
 }
 
 #[cfg(test)]

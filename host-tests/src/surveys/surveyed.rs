@@ -13,7 +13,7 @@ use super::{
     far_off::{far_off, off_at},
     measured::Measured,
     path::{Direction, minimum_curvature},
-    placed::{Placed, Shot, placed},
+    placed::{Placed, Shot, contradictions, placed},
     position_errors::horizontal_ellipse,
     reference::{Provenance, Reference, ReferenceAt},
     run::{SurveyedRun, SurveyedStation},
@@ -80,6 +80,7 @@ pub fn surveyed(read: &[ReadStation], settings: &RunSettings, reference: &Refere
         station.tool_code = code.name(station.corrected == AXIAL);
     }
     let shots: Vec<Shot> = stations.iter().map(shot).collect();
+    warnings.extend(contradictions(&shots));
     let start = start(settings, shots.first().map(|first| &first.station.direction));
     let places = placed(&shots, start, &terms(code, settings)?);
     let last_azimuth = places.last().map_or(0.0, |last| turn(last.direction.azimuth_rad.to_degrees()));

@@ -124,3 +124,28 @@ fn a_depth_that_falls_is_refused_with_its_line() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && said.contains("line 4: depth falls"), "{said}");
 }
+
+#[test]
+fn shots_of_one_place_that_contradict_each_other_are_told() {
+    let warnings = |text: &str| {
+        let warnings = surveyed(text, "none")["warnings"].as_array().unwrap().clone();
+        warnings
+            .iter()
+            .filter_map(|warning| warning.as_str())
+            .filter(|told| told.contains("one depth"))
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    let angles = |inclination: f64, azimuth: f64| {
+        format!(
+            "md_m,inclination_deg,magnetic_azimuth_deg\n100,40,60\n130,40,60\n130,{inclination},{azimuth}\n160,44,60\n"
+        )
+    };
+    let told = warnings(&angles(43.0, 60.0));
+    let text = "stations at one depth differ by up to 3.0 deg in direction, and their mean is taken: at 130.0 m";
+    assert_eq!(told, [text]);
+    // A turn of the azimuth moves an inclined hole by less than itself.
+    assert_eq!(warnings(&angles(40.0, 61.5)), [""; 0]);
+    assert_eq!(warnings(&angles(40.0, 62.0)).len(), 1);
+    assert_eq!(warnings(&stations(8, [0.0; 2])), [""; 0]);
+}
