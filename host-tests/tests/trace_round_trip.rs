@@ -237,3 +237,14 @@ fn a_trace_in_a_temporary_file_flies_and_scores_as_one_in_memory() {
     assert!(of_held.orientation_2s_rms_deg.with_effects.is_some() && of_held.attitude_rms_deg.total.is_some());
     spooled.all_read().and(in_a_file.all_read()).unwrap();
 }
+
+#[test]
+fn a_key_that_is_given_twice_is_told() {
+    let text = "# dip_deg = 60\n# source = a\n# dip_deg = 70\n# note = b\n# note = c\nt_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,9.8\n";
+    let trace = Trace::of_bytes(text.as_bytes()).unwrap();
+    assert_eq!(trace.keys.dip_deg, Some(70.0));
+    assert_eq!(
+        trace.notes,
+        ["ignored keys: note, note", "keys given more than once, of which the last counts: dip_deg"]
+    );
+}

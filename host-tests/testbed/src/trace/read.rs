@@ -1,6 +1,6 @@
 //! Reading of a trace: lines to samples.
 
-use std::{io::BufRead, path::Path, str::FromStr};
+use std::{collections::BTreeSet, io::BufRead, path::Path, str::FromStr};
 
 use meerkat_mwd::{Sample, SampleFlags};
 
@@ -133,7 +133,7 @@ impl Trace {
 
 fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Located> {
     let mut keys = Keys::default();
-    let mut unknown_keys = Vec::new();
+    let (mut unknown_keys, mut given, mut repeated) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
     let columns = loop {
         let Some((line, text)) = lines.next_line()? else {
             return Err(Fault::NoHeader.of_file());
@@ -146,19 +146,24 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Columns, Trace), Loc
         };
         if let Some((key, value)) = comment.split_once('=') {
             let (key, value) = (key.trim(), value.trim());
-            if keys.set(key, value).map_err(|fault| fault.at(line))? == KeyOutcome::Unknown {
-                unknown_keys.push(quoted(key));
+            match keys.set(key, value).map_err(|fault| fault.at(line))? {
+                KeyOutcome::Unknown => unknown_keys.push(quoted(key)),
+                KeyOutcome::Taken if given.insert(key.to_owned()) => {}
+                KeyOutcome::Taken => {
+                    repeated.insert(key.to_owned());
+                }
             }
         }
     };
     let mut trace = Trace { keys, ..Trace::default() };
     let mut note = |what: &str, names: Vec<String>| {
         if !names.is_empty() {
-            trace.notes.push(format!("ignored {what}: {}", names.join(", ")));
+            trace.notes.push(format!("{what}: {}", names.join(", ")));
         }
     };
-    note("keys", unknown_keys);
-    note("columns", columns.ignored.clone());
+    note("ignored keys", unknown_keys);
+    note("keys given more than once, of which the last counts", repeated.into_iter().collect());
+    note("ignored columns", columns.ignored.clone());
     trace.movement = columns.has(Quantity::Movement).then(Vec::new);
     trace.rest = columns.has(Quantity::Rest).then(Vec::new);
     trace.driver_flags = columns.has(Quantity::DriverFlags).then(Vec::new);
