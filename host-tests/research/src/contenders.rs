@@ -25,7 +25,7 @@ pub const NAMES: [&str; 9] = [
     "an estimate at the Cramer-Rao bound",
 ];
 
-/// Index of IMOA's own answer among [`NAMES`].
+/// Index of IMOA's model among [`NAMES`].
 pub const IMOA: usize = 4;
 /// Index of the true parameters.
 pub const TRUE: usize = 7;
@@ -36,7 +36,8 @@ pub const AT_BOUND: usize = 8;
 pub struct Contenders {
     /// True if IMOA's P flies.
     pub accepted: bool,
-    /// The models, in the order of [`NAMES`]. A search's model is its own answer, accepted or not.
+    /// The models, in the order of [`NAMES`]. A search's model is the better of its answer and the least-squares point;
+    /// where the window is refused it is that point.
     pub models: [GyroModel; NAMES.len()],
 }
 

@@ -71,7 +71,8 @@ fn rate_table(scenarios: &[Scenario; 2], seeds: u64, sampling: &str) -> anyhow::
     let mut table = Table::new(
         format!(
             "The paper's Table 1 at {sampling}: rate after one 50 s window, over the rest of 5,000 / 30 Hz = 167 s; RMSE over axes, deg/s, \
-             without sensor noise, of each search's own answer, all searches about the same least-squares point with {evaluations} evaluations; SNR = 10 log10(power of the true rate / power of its error), dB; median [worst] of {seeds} seeds"
+             without sensor noise, of the better of each search's answer and the least-squares point about which all search with {evaluations} \
+             evaluations, and of that point where the window is refused; SNR = 10 log10(power of the true rate / power of its error), dB; median [worst] of {seeds} seeds"
         ),
         &["", "turntable SNR", "turntable RMSE", "simulated drilling SNR", "simulated drilling RMSE"],
     );

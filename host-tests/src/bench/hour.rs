@@ -45,7 +45,8 @@ fn table(grade: GyroGrade, seeds: u64) -> anyhow::Result<Table> {
     let mut table = Table::new(
         format!(
             "Systematic rate error of what flies during an hour of drilling at 100 Hz, against the true model of the instant, deg/s, \
-             median [worst] of {seeds} seeds; {}",
+             median [worst] of {seeds} seeds, the Cramer-Rao bound of {} of them; {}",
+            seeds.min(BOUND_SEEDS),
             grade.told()
         ),
         &["minutes", "vertical", "45 deg"],

@@ -53,7 +53,10 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let rows: [(&str, Figure); 4] = [
         ("raw", |t, _| Some(t.raw)),
         ("bias only", |t, prior| Some(t.bias_only[prior])),
-        ("fitted (IMOA's own answer, where there is one)", |t, prior| t.fitted[prior]),
+        (
+            "fitted (the better of IMOA's answer and the least-squares point; refused windows are left out)",
+            |t, prior| t.fitted[prior],
+        ),
         ("flown", |t, prior| Some(t.flown[prior])),
     ];
     for (name, figure) in rows {

@@ -37,7 +37,8 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let runs = each_seed(0..each * CELLS, Run::of)?;
     let title = |what: &str| {
         format!(
-            "{what}; {} runs, 0 to 90 deg, 100 Hz, sensor errors at the ISCWSA MWD level, shocks up to 20 g (targets: inclination 0.10 \
+            "{what}; {} runs, 0 to 90 deg, 100 Hz, sensor errors at the ISCWSA MWD level, shocks up to 20 g; ours is told the \
+             sizes of the sensors' errors, VQF flies with its defaults (targets: inclination 0.10 \
              stationary, 0.25 rotating; toolface 1.5 rotating; azimuth 0.5 stationary)",
             each * CELLS
         )
