@@ -92,14 +92,15 @@ impl FieldReference {
     /// Compares the field of the last `dt_s` seconds with the reference. `tilt_variance` (rad^2) is that of the tilt
     /// against which the dip is read; it excuses as much of the dip's difference. Returns the squared deviation
     /// relative to the total field if the field is undisturbed, `None` if it must not be used.
+    ///
+    /// A declared field bounds the reference: a field that comes slowly, as beside casing, must not take it along.
     pub(crate) fn compare(
         &mut self,
-        norm_ut: f32,
-        dip_rad: f32,
+        [norm_ut, dip_rad]: [f32; 2],
         rate_rad_s: f32,
         dt_s: f32,
         tilt_variance: f32,
-        config: &AttitudeConfig,
+        (config, earth): (&AttitudeConfig, &Earth),
     ) -> Option<f32> {
         if self.norm_ut <= 0.0 {
             (self.norm_ut, self.dip_rad, self.quiet_s) = (norm_ut, dip_rad, QUIET_S);
@@ -117,7 +118,11 @@ impl FieldReference {
             (smooth_norm_ut - norm_ut).abs() < config.mag_norm_tolerance * norm_ut
                 && (smooth_dip_rad - dip_rad).abs() < dip_tolerance_rad
         };
-        if agrees(self.norm_ut, self.dip_rad) {
+        let is_bounded = match (self.configured, earth.magnetic_field_ut, earth.dip_rad) {
+            (true, Some(norm_ut), Some(dip_rad)) => agrees(norm_ut, dip_rad),
+            _ => true,
+        };
+        if is_bounded && agrees(self.norm_ut, self.dip_rad) {
             self.quiet_s += if self.quiet_s < QUIET_S { dt_s } else { 0.0 };
             self.candidate_s = 0.0;
             self.age_s += if self.age_s < REFERENCE_TIME_S { dt_s } else { 0.0 };
@@ -137,7 +142,7 @@ impl FieldReference {
             }
             if self.candidate_s > NEW_FIELD_S {
                 (self.norm_ut, self.dip_rad) = (self.candidate_norm_ut, self.candidate_dip_rad);
-                self.candidate_s = 0.0;
+                (self.candidate_s, self.configured) = (0.0, false);
             }
         }
         if self.quiet_s < QUIET_S {

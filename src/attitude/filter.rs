@@ -246,6 +246,8 @@ impl AttitudeFilter {
         self.force_change.interrupt();
         self.state.propagation.interrupt();
         self.motion.rest = RestTracker::new();
+        // What has changed in the gap is no change of the rate.
+        self.motion.slow_turn.interrupt(dt_s);
         self.tilt.lost = self.tilt.lost || angle_rad > LOST_RAD;
         self.tilt.interrupt(dt_s);
         self.sample.after_gap = true;
@@ -407,6 +409,11 @@ impl AttitudeFilter {
         if self.started {
             self.sensors.set_mag_delay(sigma_s, &self.settings.config);
         }
+    }
+
+    /// Deviation of the magnetometer's delay against the gyro, seconds, after it is taken out.
+    pub(crate) fn mag_delay_sigma_s(&self) -> f32 {
+        libm::sqrtf(self.sensors.mag_timing_variance_s2)
     }
 
     /// Sets the variance on an axis of what effects and magnets take out of the field, microtesla^2.

@@ -208,7 +208,8 @@ impl Heading {
         let (norm_ut, rate_rad_s) = (libm::sqrtf(norm_squared), libm::sqrtf(squared_rate));
         // On a drill string the tilt is known better than a dip, and excuses nothing.
         let excused = if settings.goes_round { 0.0 } else { tilt_variance };
-        let compared = self.reference.compare(norm_ut, dip_rad, rate_rad_s, step.time_s, excused, config);
+        let with = (config, &settings.earth);
+        let compared = self.reference.compare([norm_ut, dip_rad], rate_rad_s, step.time_s, excused, with);
         let Some(deviation) = compared else { return false };
         let north_rad = settings.earth.declination_rad.unwrap_or(0.0);
         let innovation = libm::remainderf(north_rad - libm::atan2f(field.y, field.x), TAU);

@@ -141,12 +141,17 @@ impl SlowTurn {
         self.age_s >= self.doubted_s
     }
 
+    /// Passes over seconds in which the gyro was not quiet, or was not read.
+    pub fn interrupt(&mut self, time_s: f32) {
+        self.rate.interrupt(time_s);
+        *self = Self { rate: core::mem::replace(&mut self.rate, RestRate::new()), ..Self::new() };
+    }
+
     /// Takes a filter step's mean vectors, NED. A turn that gravity and field show, and that was taken for bias, is
     /// corrected in heading and bias.
     pub fn update(&mut self, state: &mut State, step: &FilterStep, is_quiet: bool) {
         if !is_quiet {
-            self.rate.interrupt(step.time_s);
-            *self = Self { rate: core::mem::replace(&mut self.rate, RestRate::new()), ..Self::new() };
+            self.interrupt(step.time_s);
             return;
         }
         if self.block.fields == 0 && (self.first.is_none() || self.age_s <= 0.0) {

@@ -82,7 +82,8 @@ impl SurveyConfig {
             ],
         )?;
         check((0.5..=600.0).contains(&self.average_s), "survey.average_s", "0.5 to 600")?;
-        check((1..=1_000).contains(&self.rotating_turns), "survey.rotating_turns", "1 to 1000")?;
+        // Their scatter gives the noise, in at least two degrees of freedom.
+        check((3..=1_000).contains(&self.rotating_turns), "survey.rotating_turns", "3 to 1000")?;
         let angle = |x: f32| (-TAU..=TAU).contains(&x);
         check(angle(self.toolface_offset_rad), "survey.toolface_offset_rad", "within a whole turn")?;
         check(self.grid_convergence_rad.is_none_or(angle), "survey.grid_convergence_rad", "within a whole turn")?;

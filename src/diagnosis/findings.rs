@@ -130,7 +130,7 @@ impl<const REPORTS: usize> Findings<REPORTS> {
     }
 
     /// Lets the result of an update take effect. Returns `None` if the effects taken out stay the same, else
-    /// `Some(true)` if effects of the magnetometer are among those that changed.
+    /// `Some(true)` if an effect of the magnetometer has come or gone.
     // Inlined, its reports would lie on the stack under all work on a sample.
     #[inline(never)]
     pub fn take_effect(&mut self, t_us: u64, is_window: bool, library: &[&dyn Effect]) -> Option<bool> {

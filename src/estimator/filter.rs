@@ -214,6 +214,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
     pub fn gap(&mut self, seconds: T) {
         self.start_node();
         self.rests.interrupt();
+        self.rests.pass(seconds);
         self.course.neighbours.forget_before();
         self.course.is_aligned = false;
         self.course.alignment.start();

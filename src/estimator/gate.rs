@@ -78,9 +78,9 @@ impl<T: Real> Innovation<T> {
     }
 
     /// Returns true if an innovation along a direction (of length 1), weighted as the rows are, is larger than chance
-    /// makes it.
-    pub fn is_contradicted_along(&self, direction: &V3<T>, innovation: T) -> bool {
-        let variance = direction.dot(&(self.covariance * direction)) + T::ONE;
+    /// makes it, with readings of so many times the rows' variance.
+    pub fn is_contradicted_along(&self, direction: &V3<T>, innovation: T, noise: T) -> bool {
+        let variance = direction.dot(&(self.covariance * direction)) + noise;
         innovation * innovation > T::of(CONTRADICTED_ALONG) * variance
     }
 }

@@ -157,10 +157,14 @@ impl<T: Real> Builder<T> {
         [rate, force, field]: [Reading; 3],
     ) -> Option<Item<T>> {
         let good = |reading| if let Reading::Usable(v) = reading { Some(widened::<T>(&v)) } else { None };
-        if matches!(force, Reading::Unusable) {
+        let is_clipped = matches!(force, Reading::Unusable);
+        if is_clipped {
             self.sums.lose_force(self.period_s);
         }
         let (force, field) = (good(force), good(field));
+        if let Some(force) = &force {
+            self.sums.note_peak(force);
+        }
         let step_s = T::of(step_s);
         let longest = self.period_s * T::of(GAP_PERIODS as f32);
         let interval_s = self.waiting_s + step_s;
@@ -184,7 +188,11 @@ impl<T: Real> Builder<T> {
             return Some(self.gap(with));
         };
         self.waiting_s = T::ZERO;
-        let force_before = core::mem::replace(&mut self.force_before, force);
+        let force_before = self.force_before;
+        // An accelerometer may be slower than the samples.
+        if force.is_some() || is_clipped {
+            self.force_before = force;
+        }
         let rate_before = self.rate_before.replace(rate);
         let unread_s = interval_s - self.period_s;
         let is_whole = unread_s < self.period_s * T::of(0.5);
@@ -276,7 +284,7 @@ impl<T: Real> Builder<T> {
         self.waiting_s = T::ZERO;
         self.is_lost = true;
         self.rate_before = None;
-        self.sums = Sums::begun(with);
+        self.sums.begin_after_gap(with);
         Item::Gap { seconds: lost_s, silent_s: core::mem::replace(&mut self.silent_s, T::ZERO) }
     }
 

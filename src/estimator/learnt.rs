@@ -7,6 +7,7 @@ use super::{
     drift,
     filter::Task,
     globals::Globals,
+    reading::REFERRED,
 };
 use crate::{config::Config, fingerprint::Fingerprint};
 
@@ -157,6 +158,10 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
             return Err(NotContinued::NotARoot);
         }
         self.filter.course.motion_s = motion_s;
+        if self.filter.settings.reference.is_some() {
+            // What was learnt holds it.
+            self.filter.node.referred = REFERRED;
+        }
         self.filter.linearise();
         Ok(())
     }

@@ -181,10 +181,11 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
             }
             Some(Item::Gap { seconds, silent_s }) => {
                 let units = self.take(None);
-                let Filter { shares, pre, .. } = &mut self.filter;
+                let Filter { shares, pre, task, .. } = &mut self.filter;
                 if silent_s < seconds * T::of(0.5) {
-                    // Samples came without a usable rate: the gap is the gyro's, and so is the node that it cuts short.
-                    shares.unread.add(T::ONE, seconds - silent_s + pre.seconds);
+                    // Samples came without a usable rate: the gap is the gyro's, and so is a node that it cuts short.
+                    let cut_s = if *task == filter::Task::Idle { pre.seconds } else { T::ZERO };
+                    shares.unread.add(T::ONE, seconds - silent_s + cut_s);
                 }
                 self.filter.gap(seconds);
                 units

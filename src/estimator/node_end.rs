@@ -109,7 +109,12 @@ fn forget_field<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter
     filter.node.norms = FieldNorm::zero();
     for column in HARD_IRON.columns() {
         filter.candidates.add_process_noise(&mut filter.globals, column, T::ONE);
+        // As wide as it is now, the old mean would still be evidence of iron.
+        if let Some(x) = filter.globals.x.get_mut(column) {
+            *x = T::ZERO;
+        }
     }
+    filter.linearise();
     filter.task = Task::Walking(0);
 }
 

@@ -13,7 +13,7 @@ use super::{
     gyro_matrix::GyroMatrix,
     increment::Increment,
     parameters::Parameters,
-    real::{M3, Real, V3, identity, norm, rotation, square, zero3, zero33},
+    real::{M3, Real, V3, cross_matrix, identity, norm, rotation, square, zero3, zero33},
     taken_out::TakenOut,
 };
 
@@ -233,7 +233,8 @@ impl<T: Real> Preintegration<T> {
         self.field += turned;
         self.field_distances += square(&(turned - self.first_field));
         self.field_by_lag += middle * change;
-        self.field_by_iron += middle;
+        // The iron is as late as the rest of the field.
+        self.field_by_iron += middle - middle * cross_matrix(rate) * with.mag_lag;
         for i in 0..3 {
             let column = middle.column(i);
             for j in 0..3 {

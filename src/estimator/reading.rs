@@ -96,7 +96,7 @@ pub(super) fn rotate<T: Real>(rows: &mut [[T; WIDTH]], node: &Node<T>, taken: &T
 
 /// Nodes over which the declared field is read, 20 s of motion: each takes so small a part of its information that by
 /// the last the field's own errors are known, and a linear model holds.
-const REFERRED: u8 = 40;
+pub(super) const REFERRED: u8 = 40;
 
 /// Declared field with its deviations, in units of the estimator's field; `None` without one, or before the unit is
 /// known.
@@ -184,11 +184,13 @@ pub(super) fn see<T: Real>(rows: &mut [[T; WIDTH]], node: &mut Node<T>, taken: &
     rows::field(Block { rows: &mut *rows, weight: weight(own), sigma }, &reading);
     let expected = Innovation::new(rows, node, taken.globals);
     // The gate takes the usual scatter: that of a field which comes or goes within the node is large.
-    if expected.is_contradicted((own + node.norms.scatter().unwrap_or(scatter)) / own) {
+    let noise_of_own = (own + node.norms.scatter().unwrap_or(scatter)) / own;
+    if expected.is_contradicted(noise_of_own) {
         rows.as_flattened_mut().fill(T::ZERO);
         let size = norm(&node.field);
         let longer = (length - size) * weight(own);
-        let is_turned = noise.field_is_even && !expected.is_contradicted_along(&(node.field / size), longer);
+        let is_turned =
+            noise.field_is_even && !expected.is_contradicted_along(&(node.field / size), longer, noise_of_own);
         return Seen { readings: Readings::Contradicted, is_turned, innovation: None };
     }
     node.norms.add(pre, share);

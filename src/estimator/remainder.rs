@@ -84,7 +84,8 @@ impl Remainder {
         self.moments.add(&self.conditions.of_node(self.seconds), &[body, earth]);
         self.whiteness.add(self.nodes, &body);
         self.dispersed = if self.dispersed < INNOVATIONS { self.dispersed + 1 } else { INNOVATIONS };
-        self.dispersion += (body.norm_squared() / 3.0 - self.dispersion) / f32::from(self.dispersed);
+        // All three components: a turn leaves out the one along the field.
+        self.dispersion += (earth.norm_squared() / 3.0 - self.dispersion) / f32::from(self.dispersed);
         self.nodes = self.nodes.saturating_add(1);
         self.seconds += seconds;
     }

@@ -161,18 +161,27 @@ impl<T: Real> Rests<T> {
     /// Returns true if the node that ends, and the one before it, were at rest.
     pub fn judge(&mut self, pre: &Preintegration<T>, settings: &Settings) -> bool {
         let is_rest = self.is_rest(pre, settings);
-        self.second_s += pre.seconds;
         if is_rest {
             self.rest_s += pre.seconds;
             self.latest_us = pre.end_us;
         }
-        // A node may be shorter or longer than half a second.
-        while self.second_s >= T::ONE {
+        self.pass(pre.seconds);
+        is_rest
+    }
+
+    /// Lets seconds pass, of a node or a gap.
+    pub fn pass(&mut self, seconds: T) {
+        self.second_s += seconds;
+        // A node may be shorter or longer than half a second. After 64 s of a gap nothing of the history is left.
+        for _ in 0..u64::BITS {
+            if self.second_s < T::ONE {
+                return;
+            }
             self.history = self.history << 1 | u64::from(self.rest_s + self.rest_s > self.second_s);
             self.second_s -= T::ONE;
             self.rest_s = T::ZERO;
         }
-        is_rest
+        self.second_s = T::ZERO;
     }
 
     fn is_rest(&mut self, pre: &Preintegration<T>, settings: &Settings) -> bool {

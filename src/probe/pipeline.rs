@@ -151,7 +151,8 @@ impl<T: TakenOut> Pipeline<T> {
         let kept = &self.calibrated;
         let readings = [output.rate_rad_s, kept.force_m_s2, kept.field_ut].map(Vector3::from);
         let taken_out = self.taken_out_variances(library, readings);
-        input_of(kept, &self.filter.residual_bias_rad_s(), taken_out, (sample, output))
+        let known = (&self.filter.residual_bias_rad_s(), self.filter.mag_delay_sigma_s());
+        input_of(kept, known, taken_out, (sample, output))
     }
 
     /// Variances on the body's axes of what effects and magnets take out of force and field, (m/s^2)^2 and

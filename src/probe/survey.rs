@@ -56,10 +56,11 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
 }
 
 /// Survey's input of a sample with the calibrated vectors `kept` and the output `output`; variances on each axis of
-/// what was taken out of force and field, (m/s^2)^2 and microtesla^2.
+/// what was taken out of force and field, (m/s^2)^2 and microtesla^2; residual bias and deviation of the
+/// magnetometer's delay, rad/s and seconds.
 pub(super) fn input_of(
     kept: &Calibrated,
-    residual_bias_rad_s: &Vector3<f32>,
+    (residual_bias_rad_s, mag_delay_sigma_s): (&Vector3<f32>, f32),
     [of_force, of_field]: [Vector3<f32>; 2],
     (sample, output): (&Sample, &Output),
 ) -> SurveyInput {
@@ -72,6 +73,7 @@ pub(super) fn input_of(
         field_ut: kept.mag_usable.then_some(kept.field_ut),
         force_correction_sigma_m_s2: of_force.map(libm::sqrtf).into(),
         field_correction_sigma_ut: of_field.map(libm::sqrtf).into(),
+        mag_delay_sigma_s,
         raw_accel_m_s2: sample.accel_m_s2,
         raw_mag_ut: sample.mag_ut,
         mounting_wrong: TurnFlags::empty(),

@@ -22,6 +22,9 @@ pub struct SurveyInput {
     /// Standard deviation on each axis of what was taken out of the field for found effects and magnets, microtesla; 0
     /// if nothing was.
     pub field_correction_sigma_ut: [f32; 3],
+    /// Standard deviation of the magnetometer's delay against the rate, as far as it is not taken out, seconds; 0 if
+    /// nobody knows. A delay turns the field that a turning tool reads.
+    pub mag_delay_sigma_s: f32,
     /// Raw accelerometer reading, m/s^2, for the six-axis record.
     pub raw_accel_m_s2: [f32; 3],
     /// Raw magnetometer reading, microtesla, for the six-axis record.
@@ -39,7 +42,7 @@ pub struct SurveyInput {
 
 impl SurveyInput {
     /// Returns the input with every vector set missing that is not finite or beyond any sensor, or whose correction's
-    /// sigma is.
+    /// sigma is; so is a field whose delay is uncertain by a second or more.
     pub(super) fn sanitised(&self) -> Self {
         // A NaN is not below the limit either.
         let sound = |v: &[f32; 3], limit: f32| v.iter().all(|x| libm::fabsf(*x) < limit);
@@ -49,7 +52,8 @@ impl SurveyInput {
         Self {
             rate_rad_s: self.rate_rad_s.filter(|v| sound(v, BEYOND_ANY_GYRO_RAD_S)),
             force_m_s2: both(self.force_m_s2, &self.force_correction_sigma_m_s2, BEYOND_ANY_ACCEL_M_S2),
-            field_ut: both(self.field_ut, &self.field_correction_sigma_ut, BEYOND_ANY_MAG_UT),
+            field_ut: both(self.field_ut, &self.field_correction_sigma_ut, BEYOND_ANY_MAG_UT)
+                .filter(|_| (0.0..1.0).contains(&self.mag_delay_sigma_s)),
             raw_accel_m_s2: raw(self.raw_accel_m_s2, BEYOND_ANY_ACCEL_M_S2),
             raw_mag_ut: raw(self.raw_mag_ut, BEYOND_ANY_MAG_UT),
             temperature_c: self.temperature_c.filter(|x| x.is_finite()),

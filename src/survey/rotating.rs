@@ -1,8 +1,9 @@
 //! Rotating survey: a survey from mean readings over whole turns.
 //!
 //! Readings across the axis are turned back by the gyro's angle and averaged with the axial ones, weighted by the angle
-//! of each sample, over whole turns. A bias across the axis, and the centrifugal force of a sensor off the axis, cancel
-//! even where the speed varies; gravity and field do not turn and stay. (Azimuth from a turning string is old: see US
+//! of each sample, over whole turns. A bias across the axis cancels even where the speed varies, and so does the
+//! centrifugal force of a sensor off the axis unless the speed varies once per turn; gravity and field do not turn and
+//! stay. (Azimuth from a turning string is old: see US
 //! 5,012,412, Helm.) An error of the gyro, bias or scale, turns force and field alike from block to block: each whole
 //! turn is turned onto the first one, else the mean were shortened by sinc(n pi s), with n turns and a scale error s,
 //! and the inclination too low. The magnetometer's delay against the accelerometer turns the azimuth.
@@ -38,6 +39,11 @@ pub(crate) struct RotatingSurvey {
     turn: Turn,
     /// Angle in the turn in progress, radians, signed.
     angle_rad: f32,
+    /// Angle of the steps in use, radians, and the integral of the rate over it, rad^2/s.
+    used_rad: f32,
+    rate_angle: f32,
+    /// Largest deviation of the magnetometer's delay, seconds.
+    delay_sigma_s: f32,
     /// Last sample whose rate, force and field were usable.
     last: Option<Used>,
     force_angle: Vector3<f32>,
@@ -71,6 +77,9 @@ impl RotatingSurvey {
             samples: 0,
             turn: Turn::NONE,
             angle_rad: 0.0,
+            used_rad: 0.0,
+            rate_angle: 0.0,
+            delay_sigma_s: 0.0,
             last: None,
             force_angle: zero,
             field_angle: zero,
@@ -115,7 +124,7 @@ impl RotatingSurvey {
         }
         self.turn.by(rate * step_s);
         self.angle_rad += rate * step_s;
-        self.add(input);
+        self.add(input, rate);
         if self.force.count() < config.rotating_turns {
             return None;
         }
@@ -135,7 +144,8 @@ impl RotatingSurvey {
         };
     }
 
-    fn add(&mut self, input: &SurveyInput) {
+    /// Adds the readings of a sample, at this rate about the axis.
+    fn add(&mut self, input: &SurveyInput, rate_rad_s: f32) {
         let Some(force) = input.force_m_s2.filter(|_| !input.accel_clipped) else { return };
         // A short loss of the field is bridged, as one of the force is; after a long one the survey has no field.
         if input.field_ut.is_none() && self.field_whole {
@@ -152,6 +162,9 @@ impl RotatingSurvey {
             self.warmth.add(&Vector3::new(temperature, 0.0, 0.0));
         }
         self.corrections.include(input);
+        if input.mag_delay_sigma_s > self.delay_sigma_s {
+            self.delay_sigma_s = input.mag_delay_sigma_s;
+        }
         self.samples = self.samples.saturating_add(1);
         let Some(last) = self.last.replace(now) else {
             self.begin_turn(now, 0.0);
@@ -160,7 +173,11 @@ impl RotatingSurvey {
         let step_rad = now.angle_rad - last.angle_rad;
         if step_rad.abs() > LONGEST_STEP_RAD {
             self.begin_turn(now, 0.0);
-        } else if now.angle_rad.abs() < TAU {
+            return;
+        }
+        self.used_rad += step_rad;
+        self.rate_angle += rate_rad_s * step_rad;
+        if now.angle_rad.abs() < TAU {
             self.force_angle += (last.force_back + force_back) * (0.5 * step_rad);
             self.field_angle += (last.field_back + field_back) * (0.5 * step_rad);
         } else {
@@ -207,9 +224,11 @@ impl RotatingSurvey {
     ) -> Option<SurveyReport> {
         let errors = &config.errors;
         let (force, field) = (self.force.mean(), self.field.mean());
-        let time_s = t_us.saturating_sub(self.start_us) as f32 * 1e-6;
-        let rate_rad_s = TAU * f32::from(self.force.count()) / if time_s > 0.0 { time_s } else { 1.0 };
-        let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * errors.mag_timing_s);
+        // The mean over the angle is that of the turns by a delay: a string that sticks turns fast the rest of the time.
+        let rate_rad_s = self.rate_angle / self.used_rad;
+        let known_s = errors.mag_timing_s;
+        let delay_s = if self.delay_sigma_s > known_s { self.delay_sigma_s } else { known_s };
+        let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * delay_s);
         let interference = errors.axial_interference_ut;
         let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
         let mut covariance = SixAxisCovariance {

@@ -1,7 +1,10 @@
 //! Toolface while sliding: a mean of five seconds, by which one steers a motor.
 
 use super::{Survey, SurveyInput, ToolfaceKind, Uncertain, record::ToolfaceSwitch};
-use crate::{attitude::positive_angle, config::SurveyConfig};
+use crate::{
+    attitude::{Attitude, AttitudeFlags, positive_angle},
+    config::SurveyConfig,
+};
 use core::f32::consts::{PI, TAU};
 
 /// Length of a mean, microseconds.
@@ -57,11 +60,14 @@ impl SlidingMean {
 
     /// Takes a sample. Returns true if it completes a mean.
     pub(super) fn push(&mut self, input: &SurveyInput, rotating: bool, switch: ToolfaceSwitch) -> bool {
-        let Some(attitude) = input.attitude.as_ref().filter(|_| !rotating) else {
+        let kind = switch.kind();
+        // Without a heading a magnetic toolface counts from any direction.
+        let is_known =
+            |attitude: &&Attitude| kind == ToolfaceKind::Gravity || !attitude.flags.contains(AttitudeFlags::NO_HEADING);
+        let Some(attitude) = input.attitude.as_ref().filter(|_| !rotating).filter(is_known) else {
             self.count = 0;
             return false;
         };
-        let kind = switch.kind();
         let toolface = match kind {
             ToolfaceKind::Gravity => attitude.gravity_toolface_rad,
             ToolfaceKind::Magnetic => attitude.magnetic_toolface_rad,

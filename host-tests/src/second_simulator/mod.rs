@@ -60,7 +60,8 @@ pub fn simulate(plan: &Plan, added: &Added, seed: u64) -> Trace {
             magnetic_field_ut: Some(field_ut + 0.13 * place.normal()),
             dip_deg: Some(dip_deg + 0.2 * place.normal()),
             motion: Some(MotionKind::DrillString),
-            gyro_delay_s: (added.gyro_lag_s == 0.0).then_some(0.0),
+            // As a data sheet states it; a lag that nobody declares comes on top.
+            gyro_delay_s: Some(0.0),
             source: Some(format!("second simulator, seed {seed}")),
             ..Keys::default()
         },

@@ -80,7 +80,7 @@ proptest! {
     ) {
         let mut surveyor = Surveyor::new();
         prop_assert!(surveyor.push(&steady.1).is_empty(), "not configured");
-        let mut config = SurveyConfig { settle_s: 0.05, average_s: 0.5, rotating_turns: 1, ..SurveyConfig::default() };
+        let mut config = SurveyConfig { settle_s: 0.05, average_s: 0.5, rotating_turns: 3, ..SurveyConfig::default() };
         config.grid_convergence_rad = Some(0.01);
         config.dynamics.window_s = 1.0;
         let earth = Earth { declination_rad: Some(0.1), magnetic_field_ut: Some(50.0), dip_rad: Some(1.2), ..Earth::default() };

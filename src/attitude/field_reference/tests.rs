@@ -4,10 +4,15 @@ use super::*;
 
 const DT_S: f32 = 0.02;
 
+fn declared() -> Earth {
+    Earth { magnetic_field_ut: Some(50.0), dip_rad: Some(1.2), ..Earth::default() }
+}
+
 fn run(reference: &mut FieldReference, norm_ut: f32, rate_rad_s: f32, seconds: u16) -> (u32, Option<f32>) {
     let (mut used, mut last) = (0, None);
     for _ in 0..seconds * 50 {
-        last = reference.compare(norm_ut, 1.2, rate_rad_s, DT_S, 0.0, &AttitudeConfig::default());
+        let with = (&AttitudeConfig::default(), &declared());
+        last = reference.compare([norm_ut, 1.2], rate_rad_s, DT_S, 0.0, with);
         used += u32::from(last.is_some());
     }
     (used, last)
@@ -26,8 +31,7 @@ fn a_disturbance_is_refused_and_its_end_is_noticed() {
 #[test]
 fn a_new_field_that_stays_becomes_the_reference_sooner_when_it_stays_through_turns() {
     for (rate, refused_s, accepted_s) in [(1.0, 19, 3), (0.0, 115, 10)] {
-        let mut reference =
-            FieldReference::start(&Earth { magnetic_field_ut: Some(50.0), dip_rad: Some(1.2), ..Earth::default() });
+        let mut reference = FieldReference::start(&declared());
         assert!(run(&mut reference, 70.0, rate, refused_s).1.is_none());
         assert!(run(&mut reference, 70.0, rate, accepted_s).1.is_some());
     }
@@ -41,8 +45,20 @@ fn a_dip_that_an_uncertain_tilt_explains_is_no_disturbance_and_makes_the_field_n
         assert_eq!(run(&mut reference, 50.0, 0.0, 5).0, 250);
         let mut last = None;
         for _ in 0..50 {
-            last = reference.compare(50.0, 1.45, 0.0, DT_S, sigma_rad * sigma_rad, &config);
+            last = reference.compare([50.0, 1.45], 0.0, DT_S, sigma_rad * sigma_rad, (&config, &declared()));
         }
         assert_eq!(last.is_some_and(|deviation| deviation < 1e-6), used, "{sigma_rad} {last:?}");
     }
+}
+
+/// A field that grows by 8 % in a minute, three times over, as beside casing.
+#[test]
+fn a_declared_field_is_not_drawn_along_by_one_that_comes_slowly() {
+    let grown = |reference: &mut FieldReference| {
+        (0..180).map(|k| run(reference, 50.0 + 4.0 * f32::from(k as u8) / 60.0, 0.0, 1).0).sum::<u32>()
+    };
+    let most = |reference: &mut FieldReference| grown(reference) / 50;
+    // 10 % of the declared field are reached after 75 s; a reference that nobody declared follows to the end.
+    let (declared_s, learnt_s) = (most(&mut FieldReference::start(&declared())), most(&mut FieldReference::new()));
+    assert!((70..85).contains(&declared_s) && learnt_s > 170, "{declared_s} {learnt_s}");
 }

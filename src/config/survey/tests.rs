@@ -8,7 +8,7 @@ fn the_default_is_valid_and_a_bad_field_is_named() {
         change(&mut config);
         config.validate().map_err(|error| error.field)
     };
-    assert_eq!(named(|c| c.rotating_turns = 0), Err("survey.rotating_turns"));
+    assert_eq!(named(|c| c.rotating_turns = 2), Err("survey.rotating_turns"));
     assert_eq!(named(|c| c.toolface_offset_rad = f32::NAN), Err("survey.toolface_offset_rad"));
     assert_eq!(named(|c| c.errors.mag_bias_ut = -1.0), Err("survey.errors.mag_bias_ut"));
     assert_eq!(named(|c| c.limits.bad_over_limit = 0.5), Err("survey.limits.bad_over_limit"));

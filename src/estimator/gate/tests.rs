@@ -40,10 +40,12 @@ fn chi_square_is_that_of_the_joint_covariance() {
         }
     }
     let along = Vector3::new(0.3, -1.0, 0.4).normalize();
-    let sigma = (along.dot(&(states * along)) + 1.0).sqrt();
-    for (factor, expected) in [(0.999, false), (1.001, true), (-1.001, true)] {
-        let size = factor * f64::from(CONTRADICTED_ALONG).sqrt() * sigma;
-        assert_eq!(innovation.is_contradicted_along(&along, size), expected);
+    for noise in [1.0, 20.0] {
+        let sigma = (along.dot(&(states * along)) + noise).sqrt();
+        for (factor, expected) in [(0.999, false), (1.001, true), (-1.001, true)] {
+            let size = factor * f64::from(CONTRADICTED_ALONG).sqrt() * sigma;
+            assert_eq!(innovation.is_contradicted_along(&along, size, noise), expected);
+        }
     }
 }
 

@@ -90,6 +90,18 @@ impl<T: Real> Sums<T> {
         Self { with: *with, rotation: identity(), ..Self::zero() }
     }
 
+    /// Begins after a gap. A blow in the gap is one at its end: a step of the bias is looked for there.
+    pub fn begin_after_gap(&mut self, with: &Composition<T>) {
+        let square_peak = self.square_peak;
+        *self = Self { square_peak, ..Self::begun(with) };
+    }
+
+    /// Notes the size of a specific force, also of one beside which there is no rate.
+    pub fn note_peak(&mut self, force: &V3<T>) {
+        let square = square(force);
+        self.square_peak = if square > self.square_peak { square } else { self.square_peak };
+    }
+
     /// A raw rate less the bias, and the turn that it makes in some seconds.
     pub fn turn(&self, rate: &V3<T>, seconds: T) -> [V3<T>; 2] {
         let centred = rate - self.with.bias;
@@ -135,9 +147,7 @@ impl<T: Real> Sums<T> {
                 self.steps += square(&(force - before));
                 self.pairs += 1;
             }
-            let square = square(&force);
-            self.square_force += square;
-            self.square_peak = if square > self.square_peak { square } else { self.square_peak };
+            self.square_force += square(&force);
         }
         if let Some(field) = field {
             self.field += turned(&field);

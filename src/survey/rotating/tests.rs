@@ -114,6 +114,23 @@ fn biases_across_the_axis_and_centrifugal_force_cancel_even_in_stick_slip() {
     assert!(i.abs() < 0.01, "{i}");
 }
 
+/// The field is read 4 ms late, and the string sticks and slips.
+#[test]
+fn a_delay_that_nobody_knows_is_in_the_azimuths_sigma() {
+    for (swing, rate) in [(0.0, 12.0), (0.95, 12.0), (0.95, -7.0)] {
+        let rig = Rig { swing, ..Rig::still(3.5, 0.6, rate) };
+        let late = |sigma_s: f32| {
+            let read = |k: u32, input: &mut SurveyInput| {
+                input.field_ut = rig.input(f64::from(k) * STEP_S - 0.004).field_ut;
+                input.mag_delay_sigma_s = sigma_s;
+            };
+            let SurveyReport { survey, .. } = rig.first(&SurveyConfig::default(), read).unwrap();
+            errors_deg(&survey, &rig).1.abs() / f64::from(survey.magnetic_azimuth_rad.unwrap().sigma).to_degrees()
+        };
+        assert!((0.9..1.1).contains(&late(0.004)) && late(0.0) > 3.0, "{swing}: {} {}", late(0.004), late(0.0));
+    }
+}
+
 #[test]
 fn a_gyro_bias_smears_little_and_turns_nothing() {
     // 0.3 deg/s over the 5 s of ten turns.

@@ -9,6 +9,15 @@ use crate::{
 
 /// All toolfaces of 40 s at 200 Hz, with the tool's toolface and speed at a time in seconds, inclination in degrees.
 fn toolfaces(inclination_deg: f32, of: impl Fn(f32) -> (f32, f32)) -> heapless::Vec<SlidingToolface, 16> {
+    toolfaces_with(inclination_deg, |_| AttitudeFlags::empty(), of)
+}
+
+/// The same, with flags of the attitude.
+fn toolfaces_with(
+    inclination_deg: f32,
+    flags: impl Fn(f32) -> AttitudeFlags,
+    of: impl Fn(f32) -> (f32, f32),
+) -> heapless::Vec<SlidingToolface, 16> {
     let config = SurveyConfig { toolface_offset_rad: 0.5, ..SurveyConfig::default() };
     let mut surveyor = Surveyor::new();
     surveyor.configure(&Earth { declination_rad: Some(0.1), ..Earth::default() }, &config).unwrap();
@@ -24,7 +33,7 @@ fn toolfaces(inclination_deg: f32, of: impl Fn(f32) -> (f32, f32)) -> heapless::
             sigma_inclination_rad: 0.001,
             sigma_azimuth_rad: 0.01,
             sigma_toolface_rad: 0.004,
-            flags: AttitudeFlags::empty(),
+            flags: flags(k as f32 * 0.005),
         };
         let input = SurveyInput {
             t_us: u64::from(k) * 5_000,
@@ -73,4 +82,20 @@ fn near_the_vertical_it_counts_from_magnetic_north_and_while_rotating_there_is_n
     assert_eq!(toolface.kind, ToolfaceKind::Magnetic);
     assert!((toolface.toolface_rad.value - (0.2 + 1.0 + 0.5 - 0.1)).abs() < 1e-5);
     assert!(toolfaces(40.0, |t| (12.0 * t, 12.0)).len() < 2);
+}
+
+/// A heading that is found after 2 s jumps by 1.5 rad.
+#[test]
+fn a_magnetic_toolface_waits_for_a_heading() {
+    let flags = |t: f32| if t < 2.0 { AttitudeFlags::NO_HEADING } else { AttitudeFlags::empty() };
+    let of = |t: f32| (if t < 2.0 { 1.5 } else { 0.0 }, 0.0);
+    let all = toolfaces_with(1.0, flags, of);
+    assert_eq!(all.len(), 7);
+    for toolface in &all {
+        // 1 rad from true north, less the declination, and the offset.
+        assert_eq!(toolface.kind, ToolfaceKind::Magnetic);
+        assert!((toolface.toolface_rad.value - 1.4).abs() < 1e-3 && toolface.swing_rad < 1e-3, "{toolface:?}");
+    }
+    // Gravity's needs none.
+    assert_eq!(toolfaces_with(40.0, flags, of).len(), 7);
 }

@@ -221,7 +221,8 @@ fn keys(scenario: &Scenario, seed: u64, truth: &Truth) -> Keys {
         accel_full_scale_m_s2: full_scales.accel_m_s2,
         mag_full_scale_ut: full_scales.mag_ut,
         motion: Some(Motion::DrillString),
-        gyro_delay_s: (scenario.effects.gyro_lag_ms == 0.0).then_some(0.0),
+        // As a data sheet states it; a lag that nobody declares comes on top.
+        gyro_delay_s: Some(0.0),
         true_gyro_p: Some(p_of(&truth.gyro)),
         source: Some(format!("simulated drilling, seed {seed}; true gyro model: {}", describe(&truth.gyro))),
         ..Keys::default()
