@@ -93,7 +93,7 @@ impl FieldReference {
     /// against which the dip is read; it excuses as much of the dip's difference. Returns the squared deviation
     /// relative to the total field if the field is undisturbed, `None` if it must not be used.
     ///
-    /// A declared field bounds the reference: a field that comes slowly, as beside casing, must not take it along.
+    /// The deviation is from a declared field: one that comes slowly, as beside casing, takes the reference along.
     pub(crate) fn compare(
         &mut self,
         [norm_ut, dip_rad]: [f32; 2],
@@ -118,11 +118,7 @@ impl FieldReference {
             (smooth_norm_ut - norm_ut).abs() < config.mag_norm_tolerance * norm_ut
                 && (smooth_dip_rad - dip_rad).abs() < dip_tolerance_rad
         };
-        let is_bounded = match (self.configured, earth.magnetic_field_ut, earth.dip_rad) {
-            (true, Some(norm_ut), Some(dip_rad)) => agrees(norm_ut, dip_rad),
-            _ => true,
-        };
-        if is_bounded && agrees(self.norm_ut, self.dip_rad) {
+        if agrees(self.norm_ut, self.dip_rad) {
             self.quiet_s += if self.quiet_s < QUIET_S { dt_s } else { 0.0 };
             self.candidate_s = 0.0;
             self.age_s += if self.age_s < REFERENCE_TIME_S { dt_s } else { 0.0 };
@@ -148,8 +144,12 @@ impl FieldReference {
         if self.quiet_s < QUIET_S {
             return None;
         }
-        let norm_part = (smooth_norm_ut - self.norm_ut) / self.norm_ut;
-        let dip_part = smooth_dip_rad - self.dip_rad;
+        let (norm_ut, dip_rad) = match (self.configured, earth.magnetic_field_ut, earth.dip_rad) {
+            (true, Some(norm_ut), Some(dip_rad)) => (norm_ut, dip_rad),
+            _ => (self.norm_ut, self.dip_rad),
+        };
+        let norm_part = (smooth_norm_ut - norm_ut) / norm_ut;
+        let dip_part = smooth_dip_rad - dip_rad;
         let beyond_tilt = dip_part * dip_part - tilt_variance;
         Some(norm_part * norm_part + if beyond_tilt > 0.0 { beyond_tilt } else { 0.0 })
     }

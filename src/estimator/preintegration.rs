@@ -226,19 +226,18 @@ impl<T: Real> Preintegration<T> {
         let change = corrected.cross(rate);
         self.field_norms += norm(&corrected);
         let turned = middle * (corrected + change * with.mag_lag);
-        let seen = read + read.cross(rate) * with.mag_lag;
         if self.fields == 0 {
             self.first_field = turned;
         }
         self.field += turned;
         self.field_distances += square(&(turned - self.first_field));
         self.field_by_lag += middle * change;
-        // The iron is as late as the rest of the field.
-        self.field_by_iron += middle - middle * cross_matrix(rate) * with.mag_lag;
+        let late = middle - middle * cross_matrix(rate) * with.mag_lag;
+        self.field_by_iron += late;
         for i in 0..3 {
-            let column = middle.column(i);
+            let column = late.column(i);
             for j in 0..3 {
-                self.field_by_matrix[3 * i + j] += column * seen[j];
+                self.field_by_matrix[3 * i + j] += column * read[j];
             }
         }
         for (sum, by) in self.field_by_gyro.iter_mut().zip(at_middle) {
@@ -362,3 +361,6 @@ pub(super) fn largest<T: Real>(v: &V3<T>) -> T {
 pub(super) fn squared_angle<T: Real>(a: &V3<T>, b: &V3<T>) -> T {
     square(&(a / norm(a) - b / norm(b)))
 }
+
+#[cfg(test)]
+mod tests;
