@@ -3,6 +3,8 @@
 use super::*;
 use crate::compensation::GyroModel;
 extern crate std;
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
 use std::vec::Vec;
 
 /// Sum over the increments of a steady turn at 100 Hz, in which one rate is read as told: variance of the turn, rad^2.
@@ -105,5 +107,36 @@ fn a_turn_that_is_bridged_is_less_than_half_a_turn() {
             assert!((increment.rate.z - f64::from(rate_rad_s)).abs() < 1e-3, "{increment:?}");
         }
         assert!(all.len() > 40);
+    }
+}
+
+/// Largest force of all increments, with a blow at one sample, beside which the rates of some samples cannot be used.
+#[test]
+fn a_blow_beside_a_rate_that_cannot_be_used_is_seen() {
+    for clipped in [50..51, 48..60] {
+        let rate = |k: usize| if clipped.contains(&k) { Reading::Unusable } else { usable([0.0, 0.0, 0.1]) };
+        let force = |k: usize| usable([if k == 50 { 100.0 } else { 0.0 }, 0.0, -9.8]);
+        let all = increments((0..100).map(|k| [rate(k), force(k), usable([20.0, 0.0, 40.0])]), |_| None);
+        let peak = all.iter().fold(0.0_f64, |most, increment| most.max(increment.peak));
+        assert!((peak - 100.5).abs() < 0.1, "{peak}");
+    }
+}
+
+#[test]
+fn an_accelerometer_slower_than_the_samples_vibrates_as_much() {
+    let vibration = |every: usize| {
+        let mut generator = Xoshiro128PlusPlus::seed_from_u64(3);
+        let mut force = || (f64::from(generator.next_u32()) / f64::from(u32::MAX) - 0.5) as f32 * 6.0;
+        let samples = (0..4_000).map(|k| {
+            let force = [force(), force(), force() - 9.8];
+            let force = if k % every == 0 { usable(force) } else { Reading::Missing };
+            [usable([0.0, 0.0, 0.1]), force, usable([20.0, 0.0, 40.0])]
+        });
+        let all = increments(samples, |_| None);
+        all.iter().map(|increment| increment.vibration).sum::<f64>() / all.len() as f64
+    };
+    // The variance of 6 m/s^2, uniform.
+    for every in [1, 2] {
+        assert!((vibration(every) / 3.0 - 1.0).abs() < 0.1, "{every}: {}", vibration(every));
     }
 }

@@ -35,6 +35,20 @@ fn a_remainder_that_is_forgotten_is_as_new() {
     assert!((remainder.dispersion() - 1.0).abs() < 0.01, "{}", remainder.dispersion());
 }
 
+/// Innovations of the field with the variance that they should have, as turns and as vectors.
+#[test]
+fn the_dispersion_of_noise_as_it_is_stated_is_1() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(2);
+    let mut remainder = Remainder::zero();
+    let mut mean = 0.0;
+    for _ in 0..4_000 {
+        let innovation = vector(&mut generator);
+        remainder.add(NODE_S, [Vector3::new(0.5, 0.0, -0.866).cross(&innovation), innovation]);
+        mean += remainder.dispersion() / 4_000.0;
+    }
+    assert!((mean - 1.0_f32).abs() < 0.05, "{mean}");
+}
+
 /// Random conditions, independent of one another as far as gravity allows.
 fn conditions(generator: &mut Xoshiro128PlusPlus) -> Snapshot {
     let toolface = generator.next_u32() as f32 / u32::MAX as f32 * TAU;
