@@ -103,14 +103,10 @@ pub(in crate::bench) const CASES: &[Case] = &[
     Case { name: "nothing", names: &[], add: |_, _| {} },
     Case {
         name: "mag_lag",
-        names: &[&["mag_lag", "eddy_lag", "gyro_lag"]],
+        names: &[&["mag_lag", "eddy_lag"]],
         add: |s, r| s.effects.mag_lag_ms = r.between(4.0, 15.0),
     },
-    Case {
-        name: "gyro_lag",
-        names: &[&["gyro_lag", "mag_lag", "eddy_lag"]],
-        add: |s, r| s.effects.gyro_lag_ms = r.between(3.0, 8.0),
-    },
+    Case { name: "gyro_lag", names: &[&["gyro_lag"]], add: |s, r| s.effects.gyro_lag_ms = r.between(3.0, 8.0) },
     Case {
         name: "hard_iron",
         names: &[&["hard_iron", "axial_interference", "soft_iron"]],
@@ -130,7 +126,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "eddy_lag",
-        names: &[&["eddy_lag", "mag_lag", "gyro_lag"]],
+        names: &[&["eddy_lag", "mag_lag"]],
         add: |s, r| s.effects.eddy_lag_ms = r.between(1.0, 4.0),
     },
     Case {
@@ -223,7 +219,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag and hard_iron",
-        names: &[&["mag_lag", "eddy_lag", "gyro_lag"], &["hard_iron", "axial_interference"]],
+        names: &[&["mag_lag", "eddy_lag"], &["hard_iron", "axial_interference"]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.effects.hard_iron_ut = vector(r, 8.0);
@@ -231,7 +227,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag, lever_arm and g_sensitivity",
-        names: &[&["mag_lag", "eddy_lag", "gyro_lag"], &["lever_arm"], &["g_sensitivity"]],
+        names: &[&["mag_lag", "eddy_lag"], &["lever_arm"], &["g_sensitivity"]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.effects.lever_arm_mm = vector(r, 50.0);

@@ -40,7 +40,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     for (inclination_deg, hole) in [(45.0, "45 deg"), (0.0, "vertical")] {
         let mut names = Table::new(
             format!(
-                "Effects, one at a time and together, drilling at {hole}, {DATA_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random: \
+                "Effects, one at a time and together, drilling at {hole}, {DATA_S} s, 100 Hz, {seeds} seeds, sizes and gyro errors drawn at random, the gyro's delay declared as 0: \
                  share of runs in which all of them are named, each by its own name or by one that cannot be told from it; in which another effect \
                  is named; and verdicts. Of observable: runs in which it is named, or unexplained where the library does not have it, of those in \
                  which what was drawn matters and is beyond the threshold by its Cramer-Rao bound (target: 95 %)"
