@@ -126,18 +126,6 @@ impl<T: Real> Node<T> {
         if self.is_held { &self.linear_at } else { &self.attitude }
     }
 
-    /// Attitude at which rows are made linear, with the heading counted from the field: the earth frame itself turns
-    /// with each correction of the heading, and by degrees after a gap.
-    pub fn linear_from_north(&self) -> M3<T> {
-        let (x, y) = (self.field.x, self.field.y);
-        let across = (x * x + y * y).root();
-        let mut attitude = self.linear_at;
-        if across > T::ZERO {
-            turn_frame(&mut attitude, x / across, y / across);
-        }
-        attitude
-    }
-
     /// Moves the states to their optimum, after the globals moved by `change` and all else added `constants` to the
     /// rows' constants.
     pub fn shift(&mut self, change: &[T; GLOBALS], constants: &[T; NODE]) {
@@ -174,9 +162,9 @@ impl<T: Real> Node<T> {
         let tangent = turn.z * T::of(0.5);
         let scale = T::ONE / (T::ONE + tangent * tangent);
         let (cosine, sine) = ((T::ONE - tangent * tangent) * scale, (tangent + tangent) * scale);
-        turn_frame(&mut self.attitude, cosine, sine);
-        for v in [&mut self.velocity, &mut self.position, &mut self.field] {
-            (v.x, v.y) = (cosine * v.x + sine * v.y, cosine * v.y - sine * v.x);
+        let [a, b, c] = self.attitude.as_mut().each_mut();
+        for [x, y, _] in [a, b, c, self.velocity.as_mut(), self.position.as_mut(), self.field.as_mut()] {
+            (*x, *y) = (cosine * *x + sine * *y, cosine * *y - sine * *x);
         }
     }
 
@@ -240,13 +228,6 @@ fn after_gap_rad(noise: &Noise) -> f32 {
     };
     let white = noise.acceleration_m_s_rts * noise.acceleration_m_s_rts / AFTER_GAP_S * tails;
     libm::sqrtf(2.0 * ends * ends + white) / STANDARD_GRAVITY_M_S2
-}
-
-/// Turns the earth frame about the vertical, by an angle of this cosine and sine.
-fn turn_frame<T: Real>(attitude: &mut M3<T>, cosine: T, sine: T) {
-    for [x, y, _] in attitude.as_mut() {
-        (*x, *y) = (cosine * *x + sine * *y, cosine * *y - sine * *x);
-    }
 }
 
 fn from_rows<T: Real>(a: &V3<T>, b: &V3<T>, c: &V3<T>) -> M3<T> {

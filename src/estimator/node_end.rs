@@ -55,10 +55,7 @@ impl NodeEnd {
         let attitude = filter.node.attitude;
         let agreement = filter.update.assemble(&mut filter.node, &taken);
         if agreement.field == Readings::Used && filter.settings.noise.field_is_even {
-            filter
-                .course
-                .pointing
-                .add(&filter.node.linear_from_north(), attitude_variance(&filter.node, &filter.globals));
+            filter.course.pointing.add(&filter.node.linear_at, attitude_variance(&filter.node, &filter.globals));
         }
         let rows = &filter.update.rows;
         let inverse = (filter.kind == Kind::Rest).then(|| filter.parameters.inverse());
@@ -148,9 +145,8 @@ fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NOD
     if filter.course.has_begun {
         let kept = filter.node.realign(&force, &field, filter.course.gap_s, &filter.settings.noise);
         filter.candidates.forget_node(kept.unwrap_or(T::ZERO));
-        if kept.is_none() {
-            filter.course.pointing.turn_anew();
-        }
+        // The frame turns with the heading that is found again.
+        filter.course.pointing.turn_anew();
     } else {
         filter.node.start(&force, &filter.settings.noise);
     }
