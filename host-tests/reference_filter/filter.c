@@ -218,14 +218,20 @@ static void add(const struct increment *it, const float *force_rate) {
 
     /* Field: (1 + M) m + h, which is late by the lag. */
     matrix whole = {m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], -m[0] - m[4]};
-    vector corrected, change, seen, field;
+    vector corrected, change, field;
     apply(whole, it->field, corrected);
     for (int i = 0; i < 3; i++) corrected[i] += it->field[i] + iron[i];
     cross(corrected, rate, change);
-    cross(it->field, rate, seen);
-    for (int i = 0; i < 3; i++) {
-        field[i] = corrected[i] + mag_lag * change[i];
-        seen[i] = it->field[i] + mag_lag * seen[i];
+    for (int i = 0; i < 3; i++) field[i] = corrected[i] + mag_lag * change[i];
+    /* Of what matrix and iron add, which is as late. */
+    matrix late;
+    for (int l = 0; l < 3; l++) {
+        vector one = {0}, by_one;
+        one[l] = 1;
+        cross(one, rate, by_one);
+        for (int i = 0; i < 3; i++) by_one[i] = one[i] + mag_lag * by_one[i];
+        apply(middle, by_one, by_one);
+        for (int i = 0; i < 3; i++) late[3 * i + l] = by_one[i];
     }
     apply(middle, field, field);
     apply(middle, change, change);
@@ -235,9 +241,9 @@ static void add(const struct increment *it, const float *force_rate) {
         path.field[i] += field[i];
         path.field_by[i][11] += change[i];
         for (int j = 0; j < 3; j++) {
-            path.field_by[i][8 + j] += middle[3 * i + j];
+            path.field_by[i][8 + j] += late[3 * i + j];
             for (int l = 0; l < 3; l++) {
-                float d = middle[3 * i + l] * seen[j];
+                float d = late[3 * i + l] * it->field[j];
                 if (3 * l + j < 8) path.field_by[i][3 * l + j] += d;
                 else { path.field_by[i][0] -= d; path.field_by[i][4] -= d; }
             }
