@@ -3,8 +3,8 @@
 use super::{increment::Item, real::Real};
 use heapless::Deque;
 
-/// Capacity in items: 0.9 s of increments.
-const ROOM: usize = 24;
+/// Capacity in items: a second of increments, and a request.
+const ROOM: usize = 26;
 
 pub(super) struct Waiting<T> {
     items: Deque<Item<T>, ROOM>,

@@ -39,11 +39,6 @@ pub(crate) struct RotatingSurvey {
     turn: Turn,
     /// Angle in the turn in progress, radians, signed.
     angle_rad: f32,
-    /// Angle of the steps in use, radians, and the integral of the rate over it, rad^2/s.
-    used_rad: f32,
-    rate_angle: f32,
-    /// Largest deviation of the magnetometer's delay, seconds.
-    delay_sigma_s: f32,
     /// Last sample whose rate, force and field were usable.
     last: Option<Used>,
     force_angle: Vector3<f32>,
@@ -77,9 +72,6 @@ impl RotatingSurvey {
             samples: 0,
             turn: Turn::NONE,
             angle_rad: 0.0,
-            used_rad: 0.0,
-            rate_angle: 0.0,
-            delay_sigma_s: 0.0,
             last: None,
             force_angle: zero,
             field_angle: zero,
@@ -124,11 +116,11 @@ impl RotatingSurvey {
         }
         self.turn.by(rate * step_s);
         self.angle_rad += rate * step_s;
-        self.add(input, rate);
+        self.add(input);
         if self.force.count() < config.rotating_turns {
             return None;
         }
-        let report = self.report(input.t_us, toolface, (earth, config));
+        let report = self.report(input, toolface, (earth, config));
         self.begin(input.t_us);
         report
     }
@@ -144,8 +136,7 @@ impl RotatingSurvey {
         };
     }
 
-    /// Adds the readings of a sample, at this rate about the axis.
-    fn add(&mut self, input: &SurveyInput, rate_rad_s: f32) {
+    fn add(&mut self, input: &SurveyInput) {
         let Some(force) = input.force_m_s2.filter(|_| !input.accel_clipped) else { return };
         // A short loss of the field is bridged, as one of the force is; after a long one the survey has no field.
         if input.field_ut.is_none() && self.field_whole {
@@ -162,9 +153,6 @@ impl RotatingSurvey {
             self.warmth.add(&Vector3::new(temperature, 0.0, 0.0));
         }
         self.corrections.include(input);
-        if input.mag_delay_sigma_s > self.delay_sigma_s {
-            self.delay_sigma_s = input.mag_delay_sigma_s;
-        }
         self.samples = self.samples.saturating_add(1);
         let Some(last) = self.last.replace(now) else {
             self.begin_turn(now, 0.0);
@@ -173,11 +161,7 @@ impl RotatingSurvey {
         let step_rad = now.angle_rad - last.angle_rad;
         if step_rad.abs() > LONGEST_STEP_RAD {
             self.begin_turn(now, 0.0);
-            return;
-        }
-        self.used_rad += step_rad;
-        self.rate_angle += rate_rad_s * step_rad;
-        if now.angle_rad.abs() < TAU {
+        } else if now.angle_rad.abs() < TAU {
             self.force_angle += (last.force_back + force_back) * (0.5 * step_rad);
             self.field_angle += (last.field_back + field_back) * (0.5 * step_rad);
         } else {
@@ -218,16 +202,16 @@ impl RotatingSurvey {
 
     fn report(
         &self,
-        t_us: u64,
+        input: &SurveyInput,
         toolface: &mut ToolfaceSwitch,
         (earth, config): (&Earth, &SurveyConfig),
     ) -> Option<SurveyReport> {
         let errors = &config.errors;
         let (force, field) = (self.force.mean(), self.field.mean());
-        // The mean over the angle is that of the turns by a delay: a string that sticks turns fast the rest of the time.
-        let rate_rad_s = self.rate_angle / self.used_rad;
-        let known_s = errors.mag_timing_s;
-        let delay_s = if self.delay_sigma_s > known_s { self.delay_sigma_s } else { known_s };
+        let time_s = input.t_us.saturating_sub(self.start_us) as f32 * 1e-6;
+        let rate_rad_s = TAU * f32::from(self.force.count()) / if time_s > 0.0 { time_s } else { 1.0 };
+        let (unknown_s, known_s) = (input.mag_delay_sigma_s, errors.mag_timing_s);
+        let delay_s = if unknown_s > known_s { unknown_s } else { known_s };
         let late = Vector3::new(-field.y, field.x, 0.0) * (rate_rad_s * delay_s);
         let interference = errors.axial_interference_ut;
         let axial = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, interference * interference));
@@ -247,7 +231,7 @@ impl RotatingSurvey {
             field_ut: self.field_whole.then(|| field.into()),
             rate_rad_s: [0.0, 0.0, self.smooth_rad_s],
         };
-        let span_us = [self.start_us, t_us];
+        let span_us = [self.start_us, input.t_us];
         SurveyReport::of(SurveyKind::Rotating, span_us, averages, &covariance, &self.warmth, toolface, (earth, config))
     }
 }
