@@ -6,7 +6,8 @@ use super::{ConfigError, all_positive};
 /// terms of the ISCWSA MWD error model. Sensor terms are those of its revisions 4 and 5, AMIL too; DEC and
 /// DBH are those of revision 4 without its random parts DECR and DBHR (revision 5 splits them by source). MFI
 /// and MDI belong to the model's axial-correction variants; their values here are those usually quoted from
-/// H. Williamson, SPE 67616 (2000). They enter every sigma that a survey states.
+/// H. Williamson, SPE 67616 (2000). They enter every sigma that a survey states, but angles
+/// of continuous surveys, which have the attitude filter's.
 ///
 /// A survey cannot see the tool's misalignment in the hole (XYM1 to XYM4, SAG) or the depth; those terms are
 /// absent.

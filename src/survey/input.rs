@@ -22,8 +22,8 @@ pub struct SurveyInput {
     /// Standard deviation on each axis of what was taken out of the field for found effects and magnets, microtesla; 0
     /// if nothing was.
     pub field_correction_sigma_ut: [f32; 3],
-    /// Standard deviation of the magnetometer's delay against the rate, as far as it is not taken out, seconds; 0 if
-    /// nobody knows. A delay turns the field that a turning tool reads.
+    /// Standard deviation of the magnetometer's delay against the rate, as far as it is not taken out, seconds;
+    /// the configured error of timing is its least. A delay turns the field that a turning tool reads.
     pub mag_delay_sigma_s: f32,
     /// Raw accelerometer reading, m/s^2, for the six-axis record.
     pub raw_accel_m_s2: [f32; 3],
