@@ -191,10 +191,11 @@ static void add(const struct increment *it, const float *force_rate) {
     multiply(path.rotation, half, middle);
     multiply(middle, p, middle_p);
     /* Rotation error at the increment's middle, then at its end. */
-    float by[3][GYRO];
+    float by[3][GYRO], rate_by[3][GYRO];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
-            float d = -dt * middle_p[3 * i + j];
+            rate_by[i][j] = -middle_p[3 * i + j];
+            float d = dt * rate_by[i][j];
             by[i][j] = path.rotation_by[i][j] + 0.5f * d;
             path.rotation_by[i][j] += d;
         }
@@ -211,6 +212,7 @@ static void add(const struct increment *it, const float *force_rate) {
         apply(ahead, raw, t);
         apply(middle, t, t);
         for (int i = 0; i < 3; i++) {
+            rate_by[i][3 + k] = t[i];
             by[i][3 + k] = path.rotation_by[i][3 + k] + 0.5f * dt * t[i];
             path.rotation_by[i][3 + k] += dt * t[i];
         }
@@ -235,6 +237,8 @@ static void add(const struct increment *it, const float *force_rate) {
     }
     apply(middle, field, field);
     apply(middle, change, change);
+    vector turned;
+    apply(middle, corrected, turned);
     if (path.count < 64) memcpy(path.fields[path.count], field, sizeof field);
     path.norms += norm(corrected);
     for (int i = 0; i < 3; i++) {
@@ -253,6 +257,10 @@ static void add(const struct increment *it, const float *force_rate) {
         vector k = {by[0][c], by[1][c], by[2][c]};
         cross(k, field, t);
         for (int i = 0; i < 3; i++) path.field_by[i][NUISANCES + c] += t[i];
+        /* Within the lag the field turns by a rate that errs, too. */
+        vector errs = {rate_by[0][c], rate_by[1][c], rate_by[2][c]};
+        cross(turned, errs, t);
+        for (int i = 0; i < 3; i++) path.field_by[i][NUISANCES + c] += mag_lag * t[i];
     }
 
     /* Specific force: (1 + A) (a + a' lag). */
