@@ -362,7 +362,14 @@ static int is_rest(void) {
         first_s = 0;
         return 0;
     }
-    return first_s >= doubted_s && norm(rest_rate) < S.most_bias && !changed;
+    /* Beyond the data sheet it is a bias if both vectors would have shown a turn about any axis. */
+    vector across;
+    cross(now.force, now.field, across);
+    float share = norm(across) / (norm(now.force) * norm(now.field)) / 2 * norm(rest_rate) * first_s;
+    int shows = share * share > REST_CHANGED * (first.force_variance + now.force_variance + first.field_variance + now.field_variance);
+    int usual = 1;
+    for (int i = 0; i < 3; i++) usual &= fabsf(rest_rate[i]) < S.most_bias;
+    return first_s >= doubted_s && (usual || shows) && !changed;
 }
 
 /* The prior: three diagonal elements of the magnetometer matrix whose sum is zero have the precision [2 1; 1 2] / sigma^2 in the first two. */

@@ -34,8 +34,9 @@ pub struct IdentificationConfig {
     pub forgetting_s: f32,
     /// Largest gyro deviation on any axis in a second of rest, rad/s. Default 0.5 deg/s.
     pub rest_gyro_deviation_rad_s: f32,
-    /// Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17 (10 deg/s:
-    /// the zero-rate level of an LSM6DS33, data sheet table 3, the widest of the gyros in use).
+    /// Largest mean rate of an axis that can be a bias, rad/s; a larger one is rotation, however steady, unless gravity
+    /// and field both show that nothing turns. Default 0.17 (10 deg/s: the zero-rate level of an LSM6DS33, data sheet
+    /// table 3, the widest of the gyros in use).
     pub max_bias_rad_s: f32,
     /// Search method of a window.
     pub optimizer: OptimizerKind,

@@ -74,6 +74,15 @@ impl<T: Real> Half<T> {
         self.force.has_turned(&since.force, allowed) || self.field.has_turned(&since.field, allowed)
     }
 
+    /// Returns true if a turn by this angle, rad, would have turned force or field about whatever axis. A turn about the
+    /// middle between both turns them least: by its angle times the sine of half the angle between them.
+    fn would_show(&self, since: &Self, angle: T) -> bool {
+        let across = self.force.mean.cross(&self.field.mean);
+        let least = angle * angle * square(&across) * T::of(0.25);
+        let variance = [self, since].iter().fold(T::ZERO, |sum, half| sum + half.force.variance + half.field.variance);
+        least > T::of(CHANGED) * variance * square(&self.force.mean) * square(&self.field.mean)
+    }
+
     /// Returns true if the mean rate is another one, by more than the rows of a rest allow for.
     fn has_changed(&self, since: &Self) -> bool {
         let change = self.rate - since.rate;
@@ -209,6 +218,10 @@ impl<T: Real> Rests<T> {
             return false;
         }
         let is_believed = self.first_s >= self.doubted_s;
-        is_believed && norm(&self.rate) < T::of(settings.most_bias_rad_s) && !half.has_changed(&before)
+        // A data sheet bounds each axis by itself.
+        let largest = self.rate.iter().fold(T::ZERO, |most, x| if *x * *x > most { *x * *x } else { most });
+        let is_usual = largest < T::of(settings.most_bias_rad_s * settings.most_bias_rad_s);
+        let is_bias = is_usual || half.would_show(&first, norm(&self.rate) * self.first_s);
+        is_believed && is_bias && !half.has_changed(&before)
     }
 }

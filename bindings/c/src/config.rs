@@ -142,8 +142,8 @@ pub struct MwdConfig {
     pub identification_forgetting_s: f32,
     /// Largest gyro deviation on any axis in a second of rest, rad/s. Default 0.5 deg/s.
     pub identification_rest_gyro_deviation_rad_s: f32,
-    /// Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17
-    /// (10 deg/s.
+    /// Largest mean rate of an axis that can be a bias, rad/s; a larger one is rotation, however steady, unless
+    /// gravity and field both show that nothing turns. Default 0.17 (10 deg/s).
     pub identification_max_bias_rad_s: f32,
     /// Search method: `MWD_SEARCH_IMOA` (default), `MWD_SEARCH_LM` or `MWD_SEARCH_LS`.
     pub identification_optimizer: u32,

@@ -14,7 +14,7 @@ use crate::{
     import::plausible::checked,
     report::{
         attitude_csv::write_attitude_csv,
-        field_unused::note_field_unused,
+        flight_notes::add_flight_notes,
         html::{Told, replay::page, write_page},
         json::result_json,
         surveys_csv::surveys_csv,
@@ -56,8 +56,7 @@ pub fn result(mut trace: Trace, options: &Options) -> std::result::Result<Result
     let probe = started(&config, freeze_at_us, None)?;
     let (flight, mut surveys) = surveyed(probe, &trace)?;
     surveys.iter_mut().for_each(|report| trace.grade(report));
-    flight.note_refused(&mut trace);
-    note_field_unused(&mut trace, &config, &flight);
+    add_flight_notes(&mut trace, &config, &flight);
     Ok(Result { trace, config, flight, surveys })
 }
 

@@ -15,7 +15,7 @@ use crate::{
     report::{
         account::print_account,
         attitude_at_end,
-        field_unused::note_field_unused,
+        flight_notes::add_flight_notes,
         html::{Told, diagnosis::page, write_page},
         json::result_json,
         plain_words,
@@ -94,8 +94,7 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
         let diagnosed = diagnosed(&trace, &config, &flight);
         (flight, diagnosed, config)
     };
-    flight.note_refused(&mut trace);
-    note_field_unused(&mut trace, &flown_with, &flight);
+    add_flight_notes(&mut trace, &flown_with, &flight);
     let mut reference = score::score(&trace, &flight, &score::Settings::of(&trace, &config, &flight));
     if let Some(reference) = reference.as_mut().filter(|_| args.against_reference) {
         // The attitude came from the reference's own vertical and north.

@@ -9,7 +9,7 @@ use super::{
     replay::{self, ReplayArgs},
 };
 use crate::{
-    report::field_unused::note_field_unused,
+    report::flight_notes::add_flight_notes,
     target::{
         emulate::{Feed, fly_emulated},
         error::EmulateError,
@@ -56,8 +56,7 @@ pub fn run(EmulateArgs { replay: args, direct }: &EmulateArgs) -> anyhow::Result
     }
     // The chip tells its windows only.
     emulated.flight.completed_by(fly_on(started(&config, freeze_at_us, None)?, &trace, |_| {}));
-    emulated.flight.note_refused(&mut trace);
-    note_field_unused(&mut trace, &config, &emulated.flight);
+    add_flight_notes(&mut trace, &config, &emulated.flight);
     replay::deliver(args, &trace, &config, &emulated.flight, "by the firmware on the emulated Cortex-M4F")?;
     let mut out = told();
     for line in emulated.cost_lines() {

@@ -17,7 +17,7 @@ use crate::{
         attitude_csv::write_attitude_csv,
         dynamics_csv::{write_burst_csv, write_dynamics_csv},
         explanation::{Explanation, print_explanation},
-        field_unused::note_field_unused,
+        flight_notes::add_flight_notes,
         html::{Told, replay::page, write_page},
         json::result_json,
         plain_words,
@@ -164,8 +164,7 @@ pub fn run(args: &ReplayArgs) -> anyhow::Result<()> {
     }
     let freeze_at_us = frozen_from_us(&trace, args.hold_out, args.config.as_deref())?;
     let flight = fly_with_bar(started(&config, freeze_at_us, stored_model(args)?.as_ref())?, &trace);
-    flight.note_refused(&mut trace);
-    note_field_unused(&mut trace, &config, &flight);
+    add_flight_notes(&mut trace, &config, &flight);
     deliver(args, &trace, &config, &flight, "on this machine")?;
     if let Some(played) = &played {
         through_sensors::report(&mut told(), &config, &recorded, played)?;

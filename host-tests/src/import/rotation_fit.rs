@@ -7,19 +7,36 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Length over which readings are averaged: short against a turn, long against vibration, seconds.
 const BLOCK_S: f64 = 0.05;
+/// Median turn of the vector from one block to the next above which blocks are shorter, rad: of a step of this size the
+/// means and the differences of a turn are exact to a thousandth.
+const TURN: f64 = 0.15;
 /// Share of its median by which the vector's length may be off where it counts.
 const UNDISTURBED: f64 = 0.05;
 /// Share of the vector's turning that the best order must explain before it counts as evidence.
 const EXPLAINED: f64 = 0.6;
-/// The best order leaves at most this share of what the given one leaves, before that counts as wrong, where
-/// the motion does not tell every axis.
-const LEFT: f64 = 0.5;
-/// The same share as [`EXPLAINED`], where every axis shows by itself.
-const EXPLAINED_WHERE_ALL_IS_SEEN: f64 = 0.4;
-/// Deviations of an element within which it has to be known: three, and noise has a memory of several blocks.
-const KNOWN: f64 = 6.0;
-/// Largest distance of an element from that of an order: half of the way to the next.
-const NEAR: f64 = 0.5;
+/// Deviation of an element of the gyro's matrix from its order's, of its scale: twice the sensitivity tolerance and five
+/// times the cross-axis sensitivity of data sheets.
+const ELEMENT: f64 = 0.05;
+/// Log-likelihood ratio by which another order has to be likelier than the given one, in twice the natural logarithm:
+/// 48,000 to 1, for 48 orders; and neighbouring blocks err alike, which makes them worth a quarter.
+const LIKELIER: f64 = 4.0 * 21.6;
+
+/// Least number of rows: ten for each unknown of an order.
+const LEAST_ROWS: f64 = 170.0;
+/// Number of blocks that tell enough, a quarter of an hour: of a longer recording they are taken evenly.
+const ENOUGH: usize = 20_000;
+
+/// Unknowns of all orders together, by their first columns: the matrix's elements; the vector's offset, of which each
+/// axis goes with each element; the bias; and the lag, with each element.
+const ELEMENTS: usize = 0;
+const OFFSETS: usize = 9;
+const BIAS: usize = 36;
+const LAGS: usize = 39;
+const ALL: usize = 48;
+/// Unknowns of one order: its scale, offset, bias, lag, and the deviations of its matrix.
+const OWN: usize = 17;
+const OWN_BIAS: usize = 4;
+const DEVIATIONS: usize = 8;
 
 /// A signed order of axes: the body's axis i is `sign` times axis `from` of the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,110 +97,123 @@ pub struct RotationFit {
 /// Fits a gyro to a vector sensor; `None` where the motion does not tell. Times in microseconds.
 #[must_use]
 pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<RotationFit> {
-    let mut blocks = blocks(t_us, gyro, vector);
-    let typical = median(blocks.iter().map(|block| block.vector.norm()))?;
+    let coarse = blocks(t_us, gyro, vector, BLOCK_S);
+    let typical = median(coarse.iter().map(|block| block.vector.norm()))?;
+    let turn = median(coarse.windows(2).map(|pair| (pair[1].vector - pair[0].vector).norm() / typical))?;
+    let block_s = if turn > TURN { BLOCK_S * TURN / turn } else { BLOCK_S };
+    let mut blocks = blocks(t_us, gyro, vector, block_s);
     // A vector of another length is not the earth's alone.
     blocks.retain(|block| (block.vector.norm() - typical).abs() < UNDISTURBED * typical);
-    let mut normal = SMatrix::<f64, 12, 12>::zeros();
-    let (mut right, mut square) = (SVector::<f64, 12>::zeros(), 0.0);
-    for Step { step_s, change, v, w } in steps(&blocks) {
-        let cross = v.cross_matrix() * step_s;
-        for row in 0..3 {
-            // Unknowns: the matrix row by row, then the bias.
-            let coefficients = SVector::<f64, 12>::from_fn(|index, _| {
-                if index < 9 { cross[(row, index / 3)] * w[index % 3] } else { cross[(row, index - 9)] }
-            });
-            normal += coefficients * coefficients.transpose();
-            right += coefficients * change[row];
-            square += change[row] * change[row];
+    let sums = Sums::of(&blocks, 8.0 * block_s);
+    if sums.rows < LEAST_ROWS {
+        return None;
+    }
+    let nothing = sums.left_by_bias_alone()?;
+    // The least that is left with whatever matrix; the floor is by how much means and differences err.
+    let noise = sums.left(Axes::IDENTITY, 0.0)?.max(1e-6 * nothing) / sums.rows;
+    let fits = Axes::all().into_iter().filter_map(|axes| {
+        let (scale, plainly_left) = sums.scale(axes)?;
+        let left = sums.left(axes, noise / (ELEMENT * ELEMENT * scale * scale))?;
+        Some((RotationFit { axes, scale, explained: 1.0 - plainly_left / nothing }, left))
+    });
+    let fits: Vec<_> = fits.collect();
+    let (best, least) = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let given = fits.iter().find(|(fit, _)| fit.axes == Axes::IDENTITY);
+    // What the likeliest order does not explain either, such as a soft iron, may be what makes it likelier.
+    let unexplained = least - noise * sums.rows;
+    let is_likelier = given.is_none_or(|(_, left)| left - least > LIKELIER * noise + unexplained);
+    let fit = if is_likelier { best } else { &given?.0 };
+    (fit.explained > EXPLAINED).then_some(*fit)
+}
+
+/// Normal equations of all unknowns.
+struct Sums {
+    normal: Box<SMatrix<f64, ALL, ALL>>,
+    right: SVector<f64, ALL>,
+    square: f64,
+    rows: f64,
+}
+
+impl Sums {
+    /// From one block to the next the vector `v` changes by `(v + offset) x (M w + bias)`, M and rate as the lag
+    /// before.
+    fn of(blocks: &[Block], longest_s: f64) -> Self {
+        let (mut normal, mut right, mut square, mut rows) = (Box::new(SMatrix::zeros()), SVector::zeros(), 0.0, 0.0);
+        let apart = 1 + blocks.len() / ENOUGH;
+        let threes = blocks.windows(3).step_by(apart).filter_map(|blocks| <&[Block; 3]>::try_from(blocks).ok());
+        for [before, at, after] in threes {
+            let step_s = at.t_s - before.t_s;
+            let span_s = after.t_s - before.t_s;
+            if span_s > longest_s {
+                continue;
+            }
+            let change = at.vector - before.vector;
+            let turn = (at.rate + before.rate) / 2.0 * step_s;
+            let cross = ((at.vector + before.vector) / 2.0).cross_matrix();
+            // How far the rate's change in a second turns the vector within the step.
+            let later = (after.rate - before.rate) / span_s * step_s;
+            let mut columns = SMatrix::<f64, 3, ALL>::zeros();
+            for (i, j) in (0..9).map(|element| (element / 3, element % 3)) {
+                columns.set_column(ELEMENTS + 3 * i + j, &(cross.column(i) * turn[j]));
+                columns.set_column(LAGS + 3 * i + j, &(cross.column(i) * later[j]));
+                for axis in 0..3 {
+                    let by = Vector3::ith(axis, 1.0).cross(&Vector3::ith(i, 1.0));
+                    columns.set_column(OFFSETS + 9 * axis + 3 * i + j, &(by * turn[j]));
+                }
+            }
+            columns.fixed_columns_mut::<3>(BIAS).copy_from(&(cross * step_s));
+            *normal += columns.transpose() * columns;
+            right += columns.transpose() * change;
+            square += change.norm_squared();
+            rows += 3.0;
         }
+        Self { normal, right, square, rows }
     }
-    // The bias out of all: what it takes up, no order has to explain.
-    let bias = normal.fixed_view::<3, 3>(9, 9).into_owned().try_inverse()?;
-    let mixed = normal.fixed_view::<9, 3>(0, 9).into_owned();
-    let reduced = normal.fixed_view::<9, 9>(0, 0) - mixed * bias * mixed.transpose();
-    let right_bias = right.fixed_rows::<3>(9).into_owned();
-    let right = right.fixed_rows::<9>(0) - mixed * bias * right_bias;
-    let nothing = square - (right_bias.transpose() * bias * right_bias)[0];
-    let of = |axes: Axes| {
-        let matrix = axes.matrix();
-        let m = SVector::<f64, 9>::from_fn(|index, _| matrix[(index / 3, index % 3)]);
-        let (along, length) = (right.dot(&m), (m.transpose() * reduced * m)[0]);
-        let scale = if length > 0.0 { (along / length).max(0.0) } else { 0.0 };
-        (scale, nothing - 2.0 * scale * along + scale * scale * length)
-    };
-    let (scale, left) = of(Axes::IDENTITY);
-    if let Some(axes) = of_matrix(&reduced, &right, nothing, 3.0 * blocks.len() as f64) {
-        let (scale, left) = of(axes);
-        let explained = 1.0 - left / nothing;
-        return (explained > EXPLAINED_WHERE_ALL_IS_SEEN).then_some(RotationFit { axes, scale, explained });
+
+    /// What a bias alone leaves; no order has to explain what it takes up.
+    fn left_by_bias_alone(&self) -> Option<f64> {
+        let right = self.right.fixed_rows::<3>(BIAS).into_owned();
+        let solved = self.normal.fixed_view::<3, 3>(BIAS, BIAS).into_owned().cholesky()?.solve(&right);
+        Some(self.square - solved.dot(&right))
     }
-    let (best, (best_scale, best_left)) =
-        Axes::all().into_iter().map(|axes| (axes, of(axes))).min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
-    let is_better = best_left < LEFT * left && {
-        let [best, given] = [best, Axes::IDENTITY].map(|axes| left_beside_offset(&blocks, axes));
-        best < LEFT * given
-    };
-    let (axes, scale, left) = if is_better { (best, best_scale, best_left) } else { (Axes::IDENTITY, scale, left) };
-    let explained = 1.0 - left / nothing;
-    (explained.is_finite() && explained > EXPLAINED).then_some(RotationFit { axes, scale, explained })
-}
 
-/// The order that the best matrix of all is nearest to; `None` where the motion does not tell each of its
-/// elements. An order with one scale alone would be led by errors of the axis that turns fastest.
-fn of_matrix(reduced: &SMatrix<f64, 9, 9>, right: &SVector<f64, 9>, nothing: f64, rows: f64) -> Option<Axes> {
-    let inverse = reduced.cholesky()?.inverse();
-    let any = inverse * right;
-    let noise = (nothing - right.dot(&any)).max(0.0) / rows;
-    let matrix = Matrix3::from_row_slice(any.as_slice());
-    let scale = matrix.determinant().abs().cbrt();
-    let is_told = inverse.diagonal().iter().all(|variance| KNOWN * (noise * variance).sqrt() < NEAR * scale);
-    let mut axes = Axes::IDENTITY;
-    for (axis, place) in axes.0.iter_mut().enumerate() {
-        let from = matrix.row(axis).iamax_full().1;
-        *place = (from, if matrix[(axis, from)] < 0.0 { -1 } else { 1 });
+    /// The unknowns of an order, each in all unknowns; the scale comes with every element.
+    fn own(axes: Axes) -> SMatrix<f64, ALL, OWN> {
+        let mut own = SMatrix::zeros();
+        for (element, part) in axes.matrix().transpose().iter().enumerate() {
+            own[(ELEMENTS + element, 0)] = *part;
+            (0..3).for_each(|axis| own[(OFFSETS + 9 * axis + element, 1 + axis)] = *part);
+            own[(LAGS + element, OWN_BIAS + 3)] = *part;
+            own[(ELEMENTS + element, DEVIATIONS + element)] = 1.0;
+        }
+        (0..3).for_each(|axis| own[(BIAS + axis, OWN_BIAS + axis)] = 1.0);
+        own
     }
-    let far = (matrix / scale - axes.matrix()).amax();
-    (is_told && scale > 0.0 && far < NEAR).then_some(axes)
-}
 
-/// What an order of axes leaves of the vector's turning beside an offset of the vector, such as a hard iron: with the
-/// rate that an axis of the gyro reads of a faster one, that looks like turns about the slower axis.
-fn left_beside_offset(blocks: &[Block], axes: Axes) -> f64 {
-    let matrix = axes.matrix();
-    // Unknowns: the scale, the offset times the scale, the bias.
-    let mut normal = SMatrix::<f64, 7, 7>::zeros();
-    let (mut right, mut square) = (SVector::<f64, 7>::zeros(), 0.0);
-    for Step { step_s, change, v, w } in steps(blocks) {
-        let turn = matrix * w * step_s;
-        let mut rows = SMatrix::<f64, 3, 7>::zeros();
-        rows.set_column(0, &v.cross(&turn));
-        rows.fixed_columns_mut::<3>(1).copy_from(&turn.cross_matrix());
-        rows.fixed_columns_mut::<3>(4).copy_from(&(v.cross_matrix() * step_s));
-        normal += rows.transpose() * rows;
-        right += rows.transpose() * change;
-        square += change.norm_squared();
+    /// The scale of an order beside a bias, and what is left; `None` if the scale is not positive.
+    fn scale(&self, axes: Axes) -> Option<(f64, f64)> {
+        let own = Self::own(axes);
+        let mut columns = SMatrix::<f64, ALL, 4>::zeros();
+        columns.set_column(0, &own.column(0));
+        columns.fixed_columns_mut::<3>(1).copy_from(&own.fixed_columns::<3>(OWN_BIAS));
+        let normal = columns.transpose() * *self.normal * columns;
+        let right = columns.transpose() * self.right;
+        let solved = normal.cholesky()?.solve(&right);
+        (solved[0] > 0.0).then_some((solved[0], self.square - solved.dot(&right)))
     }
-    let solved = normal.cholesky().map(|root| root.solve(&right)).filter(|solved| solved[0] > 0.0);
-    solved.map_or(square, |solved| square - solved.dot(&right))
-}
 
-/// From one block to the next: seconds, change of the vector, and the means of vector and rate.
-struct Step {
-    step_s: f64,
-    change: Vector3<f64>,
-    v: Vector3<f64>,
-    w: Vector3<f64>,
-}
-
-fn steps(blocks: &[Block]) -> impl Iterator<Item = Step> + '_ {
-    let step = |(before, after): (&Block, &Block)| Step {
-        step_s: after.t_s - before.t_s,
-        change: after.vector - before.vector,
-        v: (before.vector + after.vector) / 2.0,
-        w: (before.rate + after.rate) / 2.0,
-    };
-    blocks.iter().zip(blocks.iter().skip(1)).map(step).filter(|step| step.step_s <= 4.0 * BLOCK_S)
+    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight.
+    fn left(&self, axes: Axes, weight: f64) -> Option<f64> {
+        let own = Self::own(axes);
+        let mut normal = own.transpose() * *self.normal * own;
+        // An unknown that nothing shows stays at zero.
+        let least = 1e-12 * normal.diagonal().max();
+        for k in 0..OWN {
+            normal[(k, k)] += least + if k < DEVIATIONS { 0.0 } else { weight };
+        }
+        let right = own.transpose() * self.right;
+        Some(self.square - normal.cholesky()?.solve(&right).dot(&right))
+    }
 }
 
 struct Block {
@@ -193,11 +223,11 @@ struct Block {
 }
 
 /// Means over blocks; a block without a reading of either sensor is left out.
-fn blocks(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Vec<Block> {
+fn blocks(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]], block_s: f64) -> Vec<Block> {
     let mut blocks = Vec::new();
     let mut from = 0;
     while from < t_us.len() {
-        let end_us = t_us[from] + (BLOCK_S * 1e6) as i64;
+        let end_us = t_us[from] + (block_s * 1e6) as i64;
         let to = from + t_us[from..].partition_point(|&t| t < end_us).max(1);
         let mean = |rows: &[[f64; 4]]| {
             let there = rows[from..to].iter().filter(|row| row[..3].iter().all(|x| x.is_finite()));

@@ -25,14 +25,3 @@ pub fn field_unused_percent(trace: &Trace, config: &Config, flight: &Flight) -> 
     let motion_s = f64::from(read) * f64::from(config.sample_period_us) * 1e-6;
     (motion_s > LEAST_MOTION_S && unused > read / 2).then(|| 100.0 * f64::from(unused) / f64::from(read))
 }
-
-/// Adds that percentage, with the likely fix, to the trace's notes.
-pub fn note_field_unused(trace: &mut Trace, config: &Config, flight: &Flight) {
-    let note = |percent: f64| {
-        format!(
-            "in {percent:.0} % of the motion the field was not used, because its size or its dip changes as the tool turns; \
-             likely fix: calibrate the magnetometer by `mwd calibrate`, or keep magnets away"
-        )
-    };
-    trace.notes.extend(field_unused_percent(trace, config, flight).map(note));
-}

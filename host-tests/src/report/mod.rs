@@ -6,6 +6,7 @@ pub mod attitude_csv;
 pub mod effect_words;
 pub mod explanation;
 pub mod field_unused;
+pub mod flight_notes;
 pub mod html;
 pub mod json;
 pub mod motion;

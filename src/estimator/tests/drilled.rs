@@ -48,6 +48,31 @@ fn a_turn_that_is_slower_than_a_bias_is_no_rest() {
     }
 }
 
+/// A bias above the data sheet's is one where gravity and field show that nothing turns; one vector alone does not.
+#[test]
+fn a_bias_above_the_data_sheets_is_believed_where_both_vectors_stand_still() {
+    let bias = Vector3::new(0.03, -0.25, 0.02); // 14 deg/s
+    for seed in 0..4 {
+        let rests = |turn_rad_s: f64, has_field: bool| {
+            let mut samples = drill_string(seed, 30.0, 10.0, turn_rad_s);
+            for (_, [rate, _, field]) in &mut samples {
+                if let Reading::Usable(rate) = rate {
+                    *rate += bias;
+                }
+                if !has_field {
+                    *field = Reading::Missing;
+                }
+            }
+            drilled(&samples).rest_seconds(20)
+        };
+        assert!(rests(0.0, true) >= 19, "seed {seed}");
+        for (turn_rad_s, has_field) in [(0.0, false), (0.25, true), (-0.03, true)] {
+            let rest_s = rests(turn_rad_s, has_field);
+            assert!(rest_s <= 4, "seed {seed}, {turn_rad_s} rad/s: {rest_s} s of 20");
+        }
+    }
+}
+
 /// A turn by 0.03 rad in two hours is less than the bias walks through.
 #[test]
 fn a_field_that_drifts_for_hours_is_a_rest() {
