@@ -120,7 +120,7 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     let (best, least) = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let given = fits.iter().find(|(fit, _)| fit.axes == Axes::IDENTITY);
     // What the likeliest order does not explain either, such as a soft iron, may be what makes it likelier.
-    let unexplained = least - noise * sums.rows;
+    let unexplained = (least - noise * sums.rows).max(0.0);
     let is_likelier = given.is_none_or(|(_, left)| left - least > LIKELIER * noise + unexplained);
     let fit = if is_likelier { best } else { &given?.0 };
     (fit.explained > EXPLAINED).then_some(*fit)
