@@ -216,3 +216,46 @@ fn ten_minutes_without_a_turn_forget_those_before() {
     }
     assert!((599..=602).contains(&last_wrong_s) && check.seen().is_empty(), "{last_wrong_s}");
 }
+
+/// Hard iron of a third of the field, a gyro with cross-axis errors and a late magnetometer, at rates that are judged.
+#[test]
+fn iron_lag_and_cross_axis_errors_make_no_wrong_axis() {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(21);
+    let mut uniform = move |size: f32| size * (random.next_u32() as f32 / u32::MAX as f32 - 0.5);
+    for run in 0..60 {
+        let (mean, inclination_rad, dip_rad) = (1.6 + uniform(2.0), 0.4 + uniform(0.8), uniform(2.6));
+        let iron = Vector3::new(uniform(1.0), uniform(1.0), uniform(1.0)).normalize() * 12.0;
+        let errors = Matrix3::from_fn(|_, _| uniform(0.1));
+        let field = Vector3::new(40.0 * libm::cosf(dip_rad), 0.0, 40.0 * libm::sinf(dip_rad));
+        let (lag_s, wobble) = (0.015, 0.02);
+        let at = |t: f32| {
+            let angle = mean * (t - 1.9 * libm::cosf(0.5 * t));
+            let tilt = nalgebra::Rotation3::new(Vector3::new(libm::sinf(1.3 * t), libm::cosf(1.7 * t), 0.0) * wobble);
+            nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), inclination_rad)
+                * tilt
+                * nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), angle)
+        };
+        let drilling: Vec<Sample> = (1..30_000_u32)
+            .map(|k| {
+                let t = 0.01 * k as f32;
+                let rate = (at(t).inverse() * at(t + 0.01)).scaled_axis() / 0.01;
+                let mut noise = |size: f32| Vector3::new(uniform(size), uniform(size), uniform(size));
+                Sample {
+                    t_us: 10_000 * u64::from(k),
+                    gyro_rad_s: (rate + errors * rate + noise(0.01)).into(),
+                    accel_m_s2: (at(t).inverse() * Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_S2) + noise(6.0)).into(),
+                    mag_ut: (at(t - lag_s).inverse() * field + iron + noise(1.0)).into(),
+                    temperature_c: 25.0,
+                    flags: SampleFlags::empty(),
+                }
+            })
+            .collect();
+        let check = checked(drilling);
+        assert_eq!(
+            check.wrong(),
+            TurnFlags::empty(),
+            "{run}: {mean} {inclination_rad} {dip_rad} {:?}",
+            check.columns()
+        );
+    }
+}
