@@ -188,7 +188,7 @@ impl<T: Real> Preintegration<T> {
         }
         let mut turned = Turned { middle, seconds: dt, field: None, force: None };
         if let Some(field) = &increment.field {
-            turned.field = Some(self.add_field(&(field - out.field), [&raw, &rate], &middle, &at_middle, with));
+            turned.field = Some(self.add_field(&(field - out.field), &rate, dt, &middle, &at_middle, with));
         }
         if let Some(force) = &increment.force {
             let force = force - out.force;
@@ -216,7 +216,8 @@ impl<T: Real> Preintegration<T> {
     fn add_field(
         &mut self,
         read: &V3<T>,
-        [raw, rate]: [&V3<T>; 2],
+        rate: &V3<T>,
+        dt: T,
         middle: &M3<T>,
         at_middle: &ByGyro<T>,
         with: &Parameters<T>,
@@ -240,19 +241,12 @@ impl<T: Real> Preintegration<T> {
                 self.field_by_matrix[3 * i + j] += column * read[j];
             }
         }
-        for (sum, by) in self.field_by_gyro.iter_mut().zip(at_middle) {
-            *sum += by.cross(&turned);
-        }
-        // The gyro's errors turn the field within the lag, too. Without this term a common turn of gyro and magnetometer,
-        // which nothing shows, would be told from none.
-        let by_rate = middle * cross_matrix(&corrected) * with.mag_lag;
-        let [of_bias @ .., _, _, _, _, _, _, _, _, _] = &mut self.field_by_gyro;
-        for (sum, by) in of_bias.iter_mut().zip((by_rate * with.p).column_iter()) {
-            *sum -= by;
-        }
-        let [_, _, _, of_p @ ..] = &mut self.field_by_gyro;
-        for (k, sum) in of_p.iter_mut().enumerate() {
-            *sum += by_rate.column(k / 3) * raw[k % 3];
+        // The gyro's errors turn the field within the lag, too: by twice what they turn it from the middle of the increment
+        // to its end, over its length. Without this term a common turn of gyro and magnetometer, which nothing shows,
+        // would be told from none.
+        let within = middle * corrected * (T::of(2.0) * with.mag_lag / dt);
+        for ((sum, by), end) in self.field_by_gyro.iter_mut().zip(at_middle).zip(&self.by_gyro) {
+            *sum += by.cross(&turned) + within.cross(&(end - by));
         }
         self.fields_read += read;
         self.fields += 1;
