@@ -608,8 +608,8 @@ typedef struct {
      */
     float identification_rest_gyro_deviation_rad_s;
     /**
-     * Largest mean rate that can be a bias, rad/s; a larger one is rotation, however steady. Default 0.17
-     * (10 deg/s.
+     * Largest mean rate of an axis that can be a bias, rad/s; a larger one is rotation, however steady, unless
+     * gravity and field both show that nothing turns. Default 0.17 (10 deg/s).
      */
     float identification_max_bias_rad_s;
     /**
