@@ -1,5 +1,7 @@
 //! Errors of the sensors as the attitude filter assumes them, changed in flight by another gyro model or a known delay.
 
+#![allow(clippy::indexing_slicing)] // Axes of fixed-size vectors, counted by loops.
+
 use super::{
     error_state::{BIAS, SCALES},
     gyro_scale,
@@ -7,7 +9,9 @@ use super::{
     settings::Settings,
     state::State,
 };
-use crate::{compensation::GyroModel, config::AttitudeConfig, statistics::chi_square::IN_TWENTY};
+use crate::{
+    compensation::GyroModel, config::AttitudeConfig, estimator::turned_back, statistics::chi_square::IN_TWENTY,
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// Least scale error after compensation: the gyro's nonlinearity, 0.1 % (MPU-9250 PS section 3.1).
@@ -50,19 +54,23 @@ impl SensorErrors {
         };
     }
 
-    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). Returns true
-    /// if the former model was wrong.
+    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). `rate_rad_s` is
+    /// the mean rate of the body over the last seconds. Returns true if the former model was wrong.
     pub fn change_model(
         &mut self,
         state: &mut State,
         heading: &mut Heading,
         [old, new]: [&GyroModel; 2],
         sigma: &[f32; 12],
+        rate_rad_s: &Vector3<f32>,
         settings: &Settings,
     ) -> bool {
         let config = &settings.config;
-        // The learnt total bias stays valid under the new model.
-        state.bias_rad_s += new.p_matrix() * (Vector3::from(old.b_rad_s) - Vector3::from(new.b_rad_s));
+        // What has been learnt of the rate's error stays valid under the new model: at the rate at which it was learnt, for
+        // in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
+        let at = if settings.estimates_scale() { Vector3::zeros() } else { *rate_rad_s };
+        let raw = turned_back(old, &at) + Vector3::from(old.b_rad_s);
+        state.bias_rad_s += new.p_matrix() * (raw - Vector3::from(new.b_rad_s)) - at;
         if old.p == new.p {
             return false;
         }
@@ -77,6 +85,9 @@ impl SensorErrors {
         };
         if !is_other {
             // P changes as the filter expected: the former model was not wrong by more than that.
+            if !settings.estimates_scale() {
+                Self::adopt(state, &at, sigma);
+            }
             return false;
         }
         state.bias_rad_s = Vector3::zeros();
@@ -90,6 +101,20 @@ impl SensorErrors {
             state.errors.reset(BIAS + k, sigma * sigma);
         }
         true
+    }
+
+    /// Drops the residual bias on each axis on which the new model's rate is more certain than it, at this mean rate.
+    fn adopt(state: &mut State, rate_rad_s: &Vector3<f32>, sigma: &[f32; 12]) {
+        let variances = sigma.map(|sigma| sigma * sigma);
+        let squares = rate_rad_s.component_mul(rate_rad_s);
+        for axis in 0..3 {
+            let of_p = (0..3).fold(0.0, |sum, k| sum + variances[3 * axis + k] * squares[k]);
+            let variance = of_p + variances[9 + axis] + LEAST_BIAS_RAD_S * LEAST_BIAS_RAD_S;
+            if variance < state.errors.variance(BIAS + axis) {
+                state.bias_rad_s[axis] = 0.0;
+                state.errors.reset(BIAS + axis, variance);
+            }
+        }
     }
 
     /// Largest square by which a column of P differs from the former one, and from that one with the scale's errors

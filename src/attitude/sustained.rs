@@ -47,6 +47,11 @@ impl SustainedRotation {
         }
     }
 
+    /// Mean rate of the body over [`SUSTAINED_S`], rad/s.
+    pub(super) const fn mean_rad_s(&self) -> Vector3<f32> {
+        self.mean_rad_s
+    }
+
     /// Square of the sustained rate, (rad/s)^2.
     pub(super) const fn square(&self) -> f32 {
         self.square

@@ -467,3 +467,45 @@ fn a_turn_in_a_silence_while_the_first_tilt_is_averaged_starts_it_over() {
         assert!(compared > 200, "run {run}: {compared}");
     }
 }
+
+/// In a steady rotation nothing tells a bias from a coupling: models whose parts change against each other read the same
+/// rates, and what the filter has learnt of these stays. A model that is more certain of them replaces it.
+#[test]
+fn a_model_that_reads_the_same_steady_rate_changes_no_residual_bias() {
+    let mut generator = Xoshiro128PlusPlus::seed_from_u64(12);
+    let config = Config::default();
+    let turn = |t: f32| matrix(&exp_quaternion(&Vector3::new(0.0, 0.8, 0.0))) * exp_matrix(&Vector3::new(0.0, 0.0, t));
+    for _ in 0..10 {
+        let mut draw = || generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
+        let speed = 2.0 + 2.0 * draw();
+        let error = Vector3::new(draw(), draw(), draw()) * 0.02;
+        let mut filter = AttitudeFilter::new();
+        filter.start(&config.attitude, &config.earth, config::Motion::DrillString);
+        for k in 0..8_000_u16 {
+            filter.propagate(0.005, &(Vector3::new(0.0, 0.0, speed) + error));
+            let body = turn(speed * 0.005 * f32::from(k)).transpose();
+            let (force, field) = (Vector3::new(0.0, 0.0, -GRAVITY_M_S2), Vector3::new(20.0, 0.0, 44.0));
+            filter.observe(Some(&(body * force)), Some(&(body * field)));
+        }
+        let (learnt, sigma) = (filter.state.bias_rad_s, filter.residual_bias_sigma_rad_s());
+        for k in 0..3 {
+            assert!((learnt[k] - error[k]).abs() < 3.0 * sigma[k], "{speed}: {learnt} {error} {sigma}");
+        }
+        let mut new = GyroModel::IDENTITY;
+        for k in 0..3 {
+            let coupling = 0.01 * draw();
+            new.p[k][2] += coupling;
+            new.b_rad_s[k] = coupling * speed;
+        }
+        filter.model_changed(&GyroModel::IDENTITY, &new, &[0.5; 12]);
+        assert!((filter.state.bias_rad_s - learnt).norm() < 1e-3, "{speed}: {} {learnt}", filter.state.bias_rad_s);
+        // The same change back, of a model that is certain.
+        filter.model_changed(&new, &GyroModel::IDENTITY, &[1e-4; 12]);
+        let now = filter.residual_bias_sigma_rad_s();
+        for k in 0..3 {
+            let (kept, dropped) = (sigma[k] < 1.7e-3, sigma[k] > 1.9e-3);
+            assert!(!dropped || (filter.state.bias_rad_s[k] == 0.0 && now[k] < 1.9e-3), "{speed}: {sigma} {now}");
+            assert!(!kept || (filter.state.bias_rad_s[k] - learnt[k]).abs() < 1e-3, "{speed}: {sigma} {now}");
+        }
+    }
+}

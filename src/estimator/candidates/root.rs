@@ -87,7 +87,8 @@ impl<T: Real, const EFFECTS: usize> Root<T, EFFECTS> {
     ) -> usize {
         let end = if column + 1 == NUISANCES { NUISANCES } else { column + 2 };
         let beside = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
-        let pivots = globals.root.iter_mut().zip(&mut self.globals).enumerate().take(end).skip(column);
+        let roots = globals.root.get_mut(column..end).unwrap_or_default();
+        let pivots = (column..).zip(roots.iter_mut().zip(self.globals.iter_mut().skip(column)));
         let mut pivots = pivots.map(|(column, (own, further))| Pivot {
             own: own.get_mut(column..).unwrap_or_default(),
             at: GLOBAL + column,
@@ -114,7 +115,8 @@ impl<T: Real, const EFFECTS: usize> Root<T, EFFECTS> {
             return false;
         }
         let own = further.get_mut(2 * NODE..NODE + ROWS).unwrap_or_default();
-        let pivots = self.own.iter_mut().zip(&mut self.constants).enumerate().take(used).skip(column);
+        let roots = self.own.get_mut(column..used).unwrap_or_default();
+        let pivots = (column..).zip(roots.iter_mut().zip(self.constants.iter_mut().skip(column)));
         let mut pivots = pivots.map(|(column, (own, constant))| Pivot {
             own: own.get_mut(column..used).unwrap_or_default(),
             at: column,
