@@ -224,21 +224,29 @@ static void add(const struct increment *it, const float *force_rate) {
     apply(whole, it->field, corrected);
     for (int i = 0; i < 3; i++) corrected[i] += it->field[i] + iron[i];
     cross(corrected, rate, change);
-    for (int i = 0; i < 3; i++) field[i] = corrected[i] + mag_lag * change[i];
+    /* To the second order of the turn within the lag. */
+    vector bend, middle_of_lag;
+    cross(change, rate, bend);
+    for (int i = 0; i < 3; i++) {
+        field[i] = corrected[i] + mag_lag * (change[i] + mag_lag / 2 * bend[i]);
+        middle_of_lag[i] = corrected[i] + mag_lag / 2 * change[i];
+        change[i] += mag_lag * bend[i];
+    }
     /* Of what matrix and iron add, which is as late. */
     matrix late;
     for (int l = 0; l < 3; l++) {
-        vector one = {0}, by_one;
+        vector one = {0}, by_one, bent;
         one[l] = 1;
         cross(one, rate, by_one);
-        for (int i = 0; i < 3; i++) by_one[i] = one[i] + mag_lag * by_one[i];
+        cross(by_one, rate, bent);
+        for (int i = 0; i < 3; i++) by_one[i] = one[i] + mag_lag * (by_one[i] + mag_lag / 2 * bent[i]);
         apply(middle, by_one, by_one);
         for (int i = 0; i < 3; i++) late[3 * i + l] = by_one[i];
     }
     apply(middle, field, field);
     apply(middle, change, change);
     vector turned;
-    apply(middle, corrected, turned);
+    apply(middle, middle_of_lag, turned);
     if (path.count < 64) memcpy(path.fields[path.count], field, sizeof field);
     path.norms += norm(corrected);
     for (int i = 0; i < 3; i++) {

@@ -226,14 +226,17 @@ impl<T: Real> Preintegration<T> {
         // A field that is late by tau is tau w x h further on.
         let change = corrected.cross(rate);
         self.field_norms += norm(&corrected);
-        let turned = middle * (corrected + change * with.mag_lag);
+        // To the second order: at 150 rpm the first one alone makes a field that is 12 ms late 2 % longer across the axis.
+        let half = with.mag_lag * T::of(0.5);
+        let turned = middle * (corrected + (change + change.cross(rate) * half) * with.mag_lag);
         if self.fields == 0 {
             self.first_field = turned;
         }
         self.field += turned;
         self.field_distances += square(&(turned - self.first_field));
-        self.field_by_lag += middle * change;
-        let late = middle - middle * cross_matrix(rate) * with.mag_lag;
+        self.field_by_lag += middle * (change + change.cross(rate) * with.mag_lag);
+        let cross = cross_matrix(rate) * with.mag_lag;
+        let late = middle - middle * (cross - cross * cross * T::of(0.5));
         self.field_by_iron += late;
         for i in 0..3 {
             let column = late.column(i);
@@ -244,7 +247,7 @@ impl<T: Real> Preintegration<T> {
         // The gyro's errors turn the field within the lag, too: by twice what they turn it from the middle of the increment
         // to its end, over its length. Without this term a common turn of gyro and magnetometer, which nothing shows,
         // would be told from none.
-        let within = middle * corrected * (T::of(2.0) * with.mag_lag / dt);
+        let within = middle * (corrected + change * half) * (T::of(2.0) * with.mag_lag / dt);
         for ((sum, by), end) in self.field_by_gyro.iter_mut().zip(at_middle).zip(&self.by_gyro) {
             *sum += by.cross(&turned) + within.cross(&(end - by));
         }
@@ -265,17 +268,19 @@ impl<T: Real> Preintegration<T> {
         at_middle: &ByGyro<T>,
         with: &Parameters<T>,
     ) -> V3<T> {
-        let (multiplied, change) = match gravity {
-            None => (read + force_rate * with.accel_lag, *force_rate),
+        // Change of the force now, and in the middle of the lag; of a read change the second order is not known.
+        let (multiplied, change, later) = match gravity {
+            None => (read + force_rate * with.accel_lag, *force_rate, *force_rate),
             Some(at_node) => {
                 let here = middle.transpose() * at_node;
-                (here, here.cross(rate))
+                let change = here.cross(rate);
+                (here, change, change - change.cross(rate) * (with.accel_lag * T::of(0.5)))
             }
         };
-        let corrected =
-            read + change * with.accel_lag + (with.accel_matrix * multiplied - multiplied) + with.accel_bias;
+        let corrected = read + later * with.accel_lag + (with.accel_matrix * multiplied - multiplied) + with.accel_bias;
         let force = middle * corrected;
-        let mut step = Path { value: force, by_lag: middle * change, by_bias: *middle, ..Path::zero() };
+        let by_lag = middle * (later * T::of(2.0) - change);
+        let mut step = Path { value: force, by_lag, by_bias: *middle, ..Path::zero() };
         for i in 0..3 {
             let column = middle.column(i);
             for j in 0..3 {

@@ -1,7 +1,7 @@
 //! Derivatives of a node's sums, against differences of the sums.
 
 use super::*;
-use crate::estimator::columns::{BIAS, HARD_IRON, MAG_LAG, MAG_MATRIX};
+use crate::estimator::columns::{ACCEL_LAG, BIAS, HARD_IRON, MAG_LAG, MAG_MATRIX};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -89,4 +89,47 @@ fn the_fields_derivatives_are_those_of_a_late_magnetometer() {
         let least = if k < 13 { 1e-6 } else { 0.01 };
         assert!((difference - by).norm() < least * (1.0 + by.norm()), "{k}: {difference:?} {by:?}");
     }
+}
+
+/// An accelerometer that is late, while predicted gravity multiplies its errors: the velocity's derivative by the lag,
+/// and the lag's whole effect against a gravity that is read later.
+#[test]
+fn a_late_accelerometer_reads_gravity_as_it_was() {
+    let (lag, gravity) = (0.012, V3::new(3.0, -2.0, 9.0));
+    let rate = V3::new(0.5, -1.0, 12.0);
+    let velocity = |assumed_lag: f64| {
+        let mut x = [0.0; GLOBALS];
+        x[ACCEL_LAG.from] = assumed_lag;
+        let with = Parameters::new(&x, &zero3(), identity());
+        let mut pre = Preintegration::zero();
+        pre.start();
+        for k in 0..25 {
+            let late_s = 0.04 * (f64::from(k) + 0.5) - lag;
+            let increment = Increment {
+                end_us: 0,
+                seconds: 0.04,
+                rate,
+                force: Some(rotation(&(rate * late_s)).transpose() * gravity),
+                field: None,
+                vibration: 0.0,
+                mean_rate: rate,
+                rate_variance: zero3(),
+                square_force: 0.0,
+                peak: 0.0,
+                warming_k: None,
+                unread_turn: 0.0,
+                unread_velocity: 0.0,
+            };
+            pre.add(&increment, &zero3(), Some(&gravity), &with, &TakenOut::nothing());
+        }
+        pre.velocity
+    };
+    const STEP: f64 = 1e-6;
+    let difference = (velocity(lag + STEP).value - velocity(lag - STEP).value) / (2.0 * STEP);
+    let found = velocity(lag);
+    assert!((difference - found.by_lag).norm() < 1e-6 * found.by_lag.norm(), "{difference:?} {:?}", found.by_lag);
+    // What is left is of the third order: 0.144^3 / 6 of gravity across the axis.
+    let left = (found.value - gravity).norm();
+    assert!(left < 0.005, "{left}");
+    assert!((velocity(0.0).value - gravity).norm() > 0.3, "else nothing is shown");
 }
