@@ -86,7 +86,7 @@ impl SensorErrors {
         if !is_other {
             // P changes as the filter expected: the former model was not wrong by more than that.
             if !settings.estimates_scale() {
-                Self::adopt(state, &at, sigma);
+                Self::adopt(state, &at, sigma, config.gyro_bias_sigma_rad_s);
             }
             return false;
         }
@@ -103,13 +103,14 @@ impl SensorErrors {
         true
     }
 
-    /// Drops the residual bias on each axis on which the new model's rate is more certain than it, at this mean rate.
-    fn adopt(state: &mut State, rate_rad_s: &Vector3<f32>, sigma: &[f32; 12]) {
+    /// Drops the residual bias on each axis on which the new model's rate is more certain than it, at this mean rate and
+    /// with the change over temperature, `bias_sigma_rad_s`, that no model knows.
+    fn adopt(state: &mut State, rate_rad_s: &Vector3<f32>, sigma: &[f32; 12], bias_sigma_rad_s: f32) {
         let variances = sigma.map(|sigma| sigma * sigma);
         let squares = rate_rad_s.component_mul(rate_rad_s);
         for axis in 0..3 {
             let of_p = (0..3).fold(0.0, |sum, k| sum + variances[3 * axis + k] * squares[k]);
-            let variance = of_p + variances[9 + axis] + LEAST_BIAS_RAD_S * LEAST_BIAS_RAD_S;
+            let variance = of_p + variances[9 + axis] + bias_sigma_rad_s * bias_sigma_rad_s;
             if variance < state.errors.variance(BIAS + axis) {
                 state.bias_rad_s[axis] = 0.0;
                 state.errors.reset(BIAS + axis, variance);

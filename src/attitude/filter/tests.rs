@@ -503,8 +503,12 @@ fn a_model_that_reads_the_same_steady_rate_changes_no_residual_bias() {
         filter.model_changed(&new, &GyroModel::IDENTITY, &[1e-4; 12]);
         let now = filter.residual_bias_sigma_rad_s();
         for k in 0..3 {
-            let (kept, dropped) = (sigma[k] < 1.7e-3, sigma[k] > 1.9e-3);
-            assert!(!dropped || (filter.state.bias_rad_s[k] == 0.0 && now[k] < 1.9e-3), "{speed}: {sigma} {now}");
+            let stated = config.attitude.gyro_bias_sigma_rad_s;
+            let (kept, dropped) = (sigma[k] < 0.99 * stated, sigma[k] > 1.01 * stated);
+            assert!(
+                !dropped || (filter.state.bias_rad_s[k] == 0.0 && now[k] < 1.01 * stated),
+                "{speed}: {sigma} {now}"
+            );
             assert!(!kept || (filter.state.bias_rad_s[k] - learnt[k]).abs() < 1e-3, "{speed}: {sigma} {now}");
         }
     }
