@@ -1,6 +1,7 @@
 //! Order of the gyro's axes against a vector sensor's: a vector `v` that stands still in the earth turns in
-//! the body as `dv/dt = v x w`. Least squares over all signed orders of the axes, each with its scale, says
-//! which of them makes the gyro turn the vector as it turns.
+//! the body as `dv/dt = v x w`. Least squares over all signed orders of the axes, each with its scale, an offset and a
+//! delay of the vector, a bias, and errors of a data sheet's size, says which of them makes the gyro turn the vector as
+//! it turns.
 
 use super::median::median;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -86,7 +87,7 @@ impl Axes {
 /// Result of the fit of the gyro to one vector sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotationFit {
-    /// The order of the gyro's axes that fits best; the given one unless another leaves far less.
+    /// The likeliest order of the gyro's axes; the given one unless another is far likelier.
     pub axes: Axes,
     /// Factor by which the gyro's rates have to be multiplied.
     pub scale: f64,
