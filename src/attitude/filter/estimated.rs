@@ -10,20 +10,22 @@ use crate::{
 use nalgebra::{Quaternion, Vector3};
 
 impl AttitudeFilter {
-    /// Swaps the gyro model. The attitude stays. So does what the filter has learnt of the rate's error, at the present
-    /// mean rate: the residual bias takes the difference and keeps its deviation, so that the filter alone owns the
-    /// bias. With another P an axis whose rate the new model knows better, by its deviations (P row-major, then b,
-    /// rad/s), loses its residual bias. All axes lose it to a P that differs from what the filter has found of the scale
-    /// by more than the gyro's stated error, and its own, for it was partly P's error; the new model's deviations then
-    /// replace the configured ones where they are smaller. Before the first alignment no bias stays: none has been
-    /// learnt.
+    /// Swaps the gyro model. The attitude stays. So does what the filter has learnt of the rate's error, at the rate of a
+    /// sustained rotation or at rest: the residual bias takes the difference and keeps its deviation, so that the filter
+    /// alone owns the bias. With another P an axis whose rate the new model knows better, by its deviations (P
+    /// row-major, then b, rad/s), loses its residual bias. All axes lose it to a P that differs from what the filter has
+    /// found of the scale by more than the gyro's stated error, and its own, for it was partly P's error; the new
+    /// model's deviations then replace the configured ones where they are smaller. Before the first alignment no bias
+    /// stays: none has been learnt.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {
         if !self.started {
             return;
         }
         let Self { state, heading, settings, motion, .. } = self;
         let before = state.bias_rad_s;
-        let rate_rad_s = motion.sustained.mean_rad_s();
+        // A mean that no rotation sustains is that of one which has just ended.
+        let sustained = &motion.sustained;
+        let rate_rad_s = sustained.axes().map_or_else(Vector3::zeros, |_| sustained.mean_rad_s());
         self.is_doubted |= self.sensors.change_model(state, heading, [old, new], sigma, &rate_rad_s, settings);
         if !self.tilt.aligned {
             state.bias_rad_s = Vector3::zeros();
