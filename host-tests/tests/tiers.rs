@@ -47,7 +47,7 @@ struct Limits {
 /// with its stack, which the test adds. Every other limit is what the images take today plus a tenth.
 const LIMITS: [Limits; 3] = [
     Limits { tier: "attitude", ram: 8 * 1024, stack: 5_700, flash: 80 * 1024 },
-    Limits { tier: "identify", ram: 39 * 1024, stack: 10 * 1024, flash: 171 * 1024 },
+    Limits { tier: "identify", ram: 39 * 1024, stack: 10 * 1024, flash: 172 * 1024 },
     Limits { tier: "full", ram: 60 * 1024, stack: 12 * 1024, flash: 237 * 1024 },
 ];
 
