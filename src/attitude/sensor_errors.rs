@@ -54,8 +54,8 @@ impl SensorErrors {
         };
     }
 
-    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed). `rate_rad_s` is
-    /// the mean rate of the body over the last seconds. Returns true if the former model was wrong.
+    /// Swaps the gyro model, see [`AttitudeFilter::model_changed`](super::AttitudeFilter::model_changed), at the mean
+    /// rate of a sustained rotation or at rest. Returns true if the former model was wrong.
     pub fn change_model(
         &mut self,
         state: &mut State,
@@ -66,8 +66,8 @@ impl SensorErrors {
         settings: &Settings,
     ) -> bool {
         let config = &settings.config;
-        // What has been learnt of the rate's error stays valid under the new model: at the rate at which it was learnt, for
-        // in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
+        // What has been learnt of the rate's error stays valid under the new model, at the rate at which it was
+        // learnt: in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
         let at = if settings.estimates_scale() { Vector3::zeros() } else { *rate_rad_s };
         let raw = turned_back(old, &at) + Vector3::from(old.b_rad_s);
         state.bias_rad_s += new.p_matrix() * (raw - Vector3::from(new.b_rad_s)) - at;

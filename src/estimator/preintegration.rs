@@ -226,7 +226,8 @@ impl<T: Real> Preintegration<T> {
         // A field that is late by tau is tau w x h further on.
         let change = corrected.cross(rate);
         self.field_norms += norm(&corrected);
-        // To the second order: at 150 rpm the first one alone makes a field that is 12 ms late 2 % longer across the axis.
+        // To the second order: at 150 rpm the first one alone makes a field that is 12 ms late 2 % longer across the
+        // axis.
         let half = with.mag_lag * T::of(0.5);
         let turned = middle * (corrected + (change + change.cross(rate) * half) * with.mag_lag);
         if self.fields == 0 {
@@ -244,9 +245,9 @@ impl<T: Real> Preintegration<T> {
                 self.field_by_matrix[3 * i + j] += column * read[j];
             }
         }
-        // The gyro's errors turn the field within the lag, too: by twice what they turn it from the middle of the increment
-        // to its end, over its length. Without this term a common turn of gyro and magnetometer, which nothing shows,
-        // would be told from none.
+        // The gyro's errors turn the field within the lag, too: by twice what they turn it from the middle of the
+        // increment to its end, over its length. Without this term a common turn of gyro and magnetometer, which
+        // nothing shows, would be told from none.
         let within = middle * (corrected + change * half) * (T::of(2.0) * with.mag_lag / dt);
         for ((sum, by), end) in self.field_by_gyro.iter_mut().zip(at_middle).zip(&self.by_gyro) {
             *sum += by.cross(&turned) + within.cross(&(end - by));

@@ -15,6 +15,25 @@ struct Errors {
     p: M3<f64>,
 }
 
+/// An increment of 40 ms that reads nothing but this rate.
+fn turned(rate: V3<f64>) -> Increment<f64> {
+    Increment {
+        end_us: 0,
+        seconds: 0.04,
+        rate,
+        force: None,
+        field: None,
+        vibration: 0.0,
+        mean_rate: rate,
+        rate_variance: zero3(),
+        square_force: 0.0,
+        peak: 0.0,
+        warming_k: None,
+        unread_turn: 0.0,
+        unread_velocity: 0.0,
+    }
+}
+
 /// Sum of the fields of ten increments, drawn at random, with these errors; and its derivatives by matrix (row-major),
 /// iron, lag, bias and P (row-major).
 fn sums(errors: &Errors) -> (V3<f64>, [V3<f64>; 25]) {
@@ -32,21 +51,7 @@ fn sums(errors: &Errors) -> (V3<f64>, [V3<f64>; 25]) {
     pre.start();
     for _ in 0..10 {
         let rate = three(4.0);
-        let increment = Increment {
-            end_us: 0,
-            seconds: 0.04,
-            rate,
-            force: None,
-            field: Some(three(2.0)),
-            vibration: 0.0,
-            mean_rate: rate,
-            rate_variance: zero3(),
-            square_force: 0.0,
-            peak: 0.0,
-            warming_k: None,
-            unread_turn: 0.0,
-            unread_velocity: 0.0,
-        };
+        let increment = Increment { field: Some(three(2.0)), ..turned(rate) };
         pre.add(&increment, &zero3(), None, &with, &TakenOut::nothing());
     }
     let mut by = [zero3(); 25];
@@ -105,21 +110,8 @@ fn a_late_accelerometer_reads_gravity_as_it_was() {
         pre.start();
         for k in 0..25 {
             let late_s = 0.04 * (f64::from(k) + 0.5) - lag;
-            let increment = Increment {
-                end_us: 0,
-                seconds: 0.04,
-                rate,
-                force: Some(rotation(&(rate * late_s)).transpose() * gravity),
-                field: None,
-                vibration: 0.0,
-                mean_rate: rate,
-                rate_variance: zero3(),
-                square_force: 0.0,
-                peak: 0.0,
-                warming_k: None,
-                unread_turn: 0.0,
-                unread_velocity: 0.0,
-            };
+            let force = Some(rotation(&(rate * late_s)).transpose() * gravity);
+            let increment = Increment { force, ..turned(rate) };
             pre.add(&increment, &zero3(), Some(&gravity), &with, &TakenOut::nothing());
         }
         pre.velocity
