@@ -25,5 +25,6 @@ pub(crate) mod second_simulator;
 pub(crate) mod sensors;
 pub mod size;
 pub(crate) mod swaps;
+pub(crate) mod sweep;
 pub(crate) mod turntable;
 pub(crate) mod whole_probe;

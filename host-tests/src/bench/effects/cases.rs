@@ -36,7 +36,7 @@ impl Case {
         if self.is_outside() { &WITHOUT_SOFT_IRON } else { &LIBRARY }
     }
     /// Returns true if the case is one effect of the library.
-    pub(super) fn is_alone(&self) -> bool {
+    pub(in crate::bench) fn is_alone(&self) -> bool {
         self.names.len() == 1 && !self.is_outside()
     }
     /// Returns true if the case is a soft iron that the library lacks.
@@ -68,7 +68,7 @@ impl Case {
         }
     }
     /// Returns true if a name is that of one of the effects, or of one that cannot be told from it.
-    pub(super) fn allows(&self, name: &str) -> bool {
+    pub(in crate::bench) fn allows(&self, name: &str) -> bool {
         self.names.iter().any(|names| names.contains(&name))
     }
     /// Returns true if all effects are among the names found.

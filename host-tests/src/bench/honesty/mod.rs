@@ -2,7 +2,7 @@
 
 mod cases;
 pub mod schedules;
-mod seen;
+pub(in crate::bench) mod seen;
 
 use self::{
     cases::{CASES, Case},

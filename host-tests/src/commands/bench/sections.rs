@@ -2,7 +2,7 @@
 
 use crate::bench::{
     attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling, effects, honesty, hour,
-    mud_pulse, multi_station, rate_error, recordings, replay, second_simulator, sensors, size, swaps, turntable,
+    mud_pulse, multi_station, rate_error, recordings, replay, second_simulator, sensors, size, swaps, sweep, turntable,
     whole_probe,
 };
 use research::{contaminated, evaluations, inclination, paper};
@@ -72,6 +72,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("swaps", "Harm and missed benefit under random faults and effects", swaps::run),
     Section::on_host("effects", "Effects that nobody declared: what is named, and what it is worth", effects::run),
     Section::on_host("second_simulator", "Effects in the traces of a second simulator", second_simulator::run),
+    Section::with_told_seeds("sweep", "Tools drawn whole: hole, motion, sensors and effects", sweep::run),
     Section::on_recordings("closed_loop", "The loop, case by case", closed_loop::run),
     Section::on_recordings("recordings", "Findings on recordings of real sensors", recordings::run),
     Section::on_recordings("benefit", "Share of the attainable benefit that flies", benefit::run),
