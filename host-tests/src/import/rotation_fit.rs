@@ -22,22 +22,27 @@ const ELEMENT: f64 = 0.05;
 /// 48,000 to 1, for 48 orders; and neighbouring blocks err alike, which makes them worth a quarter.
 const LIKELIER: f64 = 4.0 * 21.6;
 
-/// Least number of rows: ten for each unknown of an order.
+/// Least number of rows: seven for each unknown of an order.
 const LEAST_ROWS: f64 = 170.0;
 /// Number of blocks that tell enough, a quarter of an hour: of a longer recording they are taken evenly.
 const ENOUGH: usize = 20_000;
 
-/// Unknowns of all orders together, by their first columns: the matrix's elements; the vector's offset, of which each
-/// axis goes with each element; the bias; and the lag, with each element.
+/// Unknowns of all orders together, by their first columns: the matrix's elements; the elements of what turns as the gyro
+/// says, though the vector does not: its offset's cross product with the matrix; the bias; and the lag, with each element.
 const ELEMENTS: usize = 0;
 const OFFSETS: usize = 9;
-const BIAS: usize = 36;
-const LAGS: usize = 39;
-const ALL: usize = 48;
-/// Unknowns of one order: its scale, offset, bias, lag, and the deviations of its matrix.
-const OWN: usize = 17;
+const BIAS: usize = 18;
+const LAGS: usize = 21;
+const ALL: usize = 30;
+/// Unknowns of one order: its scale, offset, bias, lag, and the deviations of its matrix, which turn the vector and its
+/// offset.
+const OWN: usize = 26;
+const OWN_OFFSET: usize = 1;
 const OWN_BIAS: usize = 4;
 const DEVIATIONS: usize = 8;
+const OF_OFFSET: usize = 17;
+/// Share of the vector that its offset may be: a magnetometer with more needs a calibration first.
+const OFFSET: f64 = 0.5;
 
 /// A signed order of axes: the body's axis i is `sign` times axis `from` of the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,25 +108,31 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     let turn = median(coarse.windows(2).map(|pair| (pair[1].vector - pair[0].vector).norm() / typical))?;
     let block_s = if turn > TURN { BLOCK_S * TURN / turn } else { BLOCK_S };
     let mut blocks = blocks(t_us, gyro, vector, block_s);
+    // Over a gap the rate is not known.
+    let spacing_s = median(blocks.windows(2).map(|pair| pair[1].t_s - pair[0].t_s))?;
+    blocks.iter_mut().for_each(|block| block.vector /= typical);
     // A vector of another length is not the earth's alone.
-    blocks.retain(|block| (block.vector.norm() - typical).abs() < UNDISTURBED * typical);
-    let sums = Sums::of(&blocks, 8.0 * block_s);
+    blocks.retain(|block| (block.vector.norm() - 1.0).abs() < UNDISTURBED);
+    let sums = Sums::of(&blocks, 3.0 * spacing_s);
     if sums.rows < LEAST_ROWS {
         return None;
     }
     let nothing = sums.left_by_bias_alone()?;
-    // The least that is left with whatever matrix; the floor is by how much means and differences err.
-    let noise = sums.left(Axes::IDENTITY, 0.0)?.max(1e-6 * nothing) / sums.rows;
+    // The least that is left with whatever matrix; the floor is by how much means and differences err in steps of twice
+    // the median's turn.
+    let floor = ((2.0 * TURN).powi(2) / 12.0).powi(2) * nothing;
+    let noise = sums.left(Axes::IDENTITY, 0.0)?.max(floor) / sums.rows;
     let fits = Axes::all().into_iter().filter_map(|axes| {
-        let (scale, plainly_left) = sums.scale(axes)?;
+        let scale = sums.scale(axes)?;
         let left = sums.left(axes, noise / (ELEMENT * ELEMENT * scale * scale))?;
-        Some((RotationFit { axes, scale, explained: 1.0 - plainly_left / nothing }, left))
+        Some((RotationFit { axes, scale, explained: 1.0 - left / nothing }, left))
     });
     let fits: Vec<_> = fits.collect();
     let (best, least) = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let given = fits.iter().find(|(fit, _)| fit.axes == Axes::IDENTITY);
-    // What the likeliest order does not explain either, such as a soft iron, may be what makes it likelier.
-    let unexplained = (least - noise * sums.rows).max(0.0);
+    // What the likeliest order does not explain either, such as a soft iron, may be what makes it likelier; and so may
+    // that a turn is taken in steps.
+    let unexplained = (least - noise * sums.rows).max(floor);
     let is_likelier = given.is_none_or(|(_, left)| left - least > LIKELIER * noise + unexplained);
     let fit = if is_likelier { best } else { &given?.0 };
     (fit.explained > EXPLAINED).then_some(*fit)
@@ -157,10 +168,7 @@ impl Sums {
             for (i, j) in (0..9).map(|element| (element / 3, element % 3)) {
                 columns.set_column(ELEMENTS + 3 * i + j, &(cross.column(i) * turn[j]));
                 columns.set_column(LAGS + 3 * i + j, &(cross.column(i) * later[j]));
-                for axis in 0..3 {
-                    let by = Vector3::ith(axis, 1.0).cross(&Vector3::ith(i, 1.0));
-                    columns.set_column(OFFSETS + 9 * axis + 3 * i + j, &(by * turn[j]));
-                }
+                columns[(i, OFFSETS + 3 * i + j)] = turn[j];
             }
             columns.fixed_columns_mut::<3>(BIAS).copy_from(&(cross * step_s));
             *normal += columns.transpose() * columns;
@@ -183,16 +191,22 @@ impl Sums {
         let mut own = SMatrix::zeros();
         for (element, part) in axes.matrix().transpose().iter().enumerate() {
             own[(ELEMENTS + element, 0)] = *part;
-            (0..3).for_each(|axis| own[(OFFSETS + 9 * axis + element, 1 + axis)] = *part);
             own[(LAGS + element, OWN_BIAS + 3)] = *part;
             own[(ELEMENTS + element, DEVIATIONS + element)] = 1.0;
+            own[(OFFSETS + element, OF_OFFSET + element)] = 1.0;
+        }
+        for axis in 0..3 {
+            let turned = Vector3::ith(axis, 1.0).cross_matrix() * axes.matrix();
+            for (element, part) in turned.transpose().iter().enumerate() {
+                own[(OFFSETS + element, OWN_OFFSET + axis)] = *part;
+            }
         }
         (0..3).for_each(|axis| own[(BIAS + axis, OWN_BIAS + axis)] = 1.0);
         own
     }
 
-    /// The scale of an order beside a bias, and what is left; `None` if the scale is not positive.
-    fn scale(&self, axes: Axes) -> Option<(f64, f64)> {
+    /// The scale of an order beside a bias; `None` if it is not positive.
+    fn scale(&self, axes: Axes) -> Option<f64> {
         let own = Self::own(axes);
         let mut columns = SMatrix::<f64, ALL, 4>::zeros();
         columns.set_column(0, &own.column(0));
@@ -200,17 +214,24 @@ impl Sums {
         let normal = columns.transpose() * *self.normal * columns;
         let right = columns.transpose() * self.right;
         let solved = normal.cholesky()?.solve(&right);
-        (solved[0] > 0.0).then_some((solved[0], self.square - solved.dot(&right)))
+        (solved[0] > 0.0).then_some(solved[0])
     }
 
-    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight.
+    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight, and what it makes of an
+    /// offset accordingly.
     fn left(&self, axes: Axes, weight: f64) -> Option<f64> {
         let own = Self::own(axes);
         let mut normal = own.transpose() * *self.normal * own;
         // An unknown that nothing shows stays at zero.
         let least = 1e-12 * normal.diagonal().max();
         for k in 0..OWN {
-            normal[(k, k)] += least + if k < DEVIATIONS { 0.0 } else { weight };
+            normal[(k, k)] += least
+                + match k {
+                    OWN_OFFSET..OWN_BIAS => weight * (ELEMENT / OFFSET).powi(2),
+                    DEVIATIONS..OF_OFFSET => weight,
+                    OF_OFFSET.. => weight / (OFFSET * OFFSET),
+                    _ => 0.0,
+                };
         }
         let right = own.transpose() * self.right;
         Some(self.square - normal.cholesky()?.solve(&right).dot(&right))

@@ -2,6 +2,7 @@
 //! keeps fixed hides what goes wrong elsewhere.
 
 mod draw;
+mod gate;
 
 use meerkat_mwd::{Config, compensation::effects::LIBRARY, identification::Decision};
 
@@ -127,7 +128,7 @@ const KINDS: [(&str, fn(&Drawn) -> bool); 9] = [
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.seeds(300);
     let trials: Vec<(u64, Trial)> = seeds.clone().zip(each_seed(seeds, trial)?).collect();
-    Ok(vec![by_kind(&trials), listed(&trials)])
+    Ok(vec![by_kind(&trials), gate::table(effort)?, listed(&trials)])
 }
 
 fn by_kind(trials: &[(u64, Trial)]) -> Table {
