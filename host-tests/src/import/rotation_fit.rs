@@ -113,17 +113,20 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     blocks.iter_mut().for_each(|block| block.vector /= typical);
     // A vector of another length is not the earth's alone.
     blocks.retain(|block| (block.vector.norm() - 1.0).abs() < UNDISTURBED);
-    let sums = Sums::of(&blocks, 3.0 * spacing_s);
-    if sums.rows < LEAST_ROWS {
+    let plain = Sums::of(&blocks, 3.0 * spacing_s, 0.0);
+    if plain.rows < LEAST_ROWS {
         return None;
     }
+    let scales = Axes::all().into_iter().filter_map(|axes| plain.scale(axes));
+    let (in_rad_s, _) = scales.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let sums = Sums::of(&blocks, 3.0 * spacing_s, in_rad_s);
     let nothing = sums.left_by_bias_alone()?;
-    // The least that is left with whatever matrix; the floor is by how much means and differences err in steps of twice
-    // the median's turn.
-    let floor = ((2.0 * TURN).powi(2) / 12.0).powi(2) * nothing;
+    // The least that is left with whatever matrix; the floor is by how much means and differences err where the rate
+    // changes within a step, and a delay of a whole step beyond its first order: a sixth of the turn's square.
+    let floor = (TURN * TURN / 6.0).powi(2) * nothing;
     let noise = sums.left(Axes::IDENTITY, 0.0)?.max(floor) / sums.rows;
     let fits = Axes::all().into_iter().filter_map(|axes| {
-        let scale = sums.scale(axes)?;
+        let (scale, _) = sums.scale(axes)?;
         let left = sums.left(axes, noise / (ELEMENT * ELEMENT * scale * scale))?;
         Some((RotationFit { axes, scale, explained: 1.0 - left / nothing }, left))
     });
@@ -148,8 +151,8 @@ struct Sums {
 
 impl Sums {
     /// From one block to the next the vector `v` changes by `(v + offset) x (M w + bias)`, M and rate as the lag
-    /// before.
-    fn of(blocks: &[Block], longest_s: f64) -> Self {
+    /// before. Rates times `in_rad_s` are in rad/s; 0 where that is not known yet.
+    fn of(blocks: &[Block], longest_s: f64, in_rad_s: f64) -> Self {
         let (mut normal, mut right, mut square, mut rows) = (Box::new(SMatrix::zeros()), SVector::zeros(), 0.0, 0.0);
         let apart = 1 + blocks.len() / ENOUGH;
         let threes = blocks.windows(3).step_by(apart).filter_map(|blocks| <&[Block; 3]>::try_from(blocks).ok());
@@ -161,6 +164,9 @@ impl Sums {
             }
             let change = at.vector - before.vector;
             let turn = (at.rate + before.rate) / 2.0 * step_s;
+            // A vector that turns by an angle changes by twice its half's tangent, of the mean of both.
+            let half = turn.norm() * in_rad_s / 2.0;
+            let turn = if (1e-6..1.0).contains(&half) { turn * (half.tan() / half) } else { turn };
             let cross = ((at.vector + before.vector) / 2.0).cross_matrix();
             // How far the rate's change in a second turns the vector within the step.
             let later = (after.rate - before.rate) / span_s * step_s;
@@ -205,8 +211,8 @@ impl Sums {
         own
     }
 
-    /// The scale of an order beside a bias; `None` if it is not positive.
-    fn scale(&self, axes: Axes) -> Option<f64> {
+    /// The scale of an order beside a bias, and what is left; `None` if the scale is not positive.
+    fn scale(&self, axes: Axes) -> Option<(f64, f64)> {
         let own = Self::own(axes);
         let mut columns = SMatrix::<f64, ALL, 4>::zeros();
         columns.set_column(0, &own.column(0));
@@ -214,7 +220,7 @@ impl Sums {
         let normal = columns.transpose() * *self.normal * columns;
         let right = columns.transpose() * self.right;
         let solved = normal.cholesky()?.solve(&right);
-        (solved[0] > 0.0).then_some(solved[0])
+        (solved[0] > 0.0).then_some((solved[0], self.square - solved.dot(&right)))
     }
 
     /// What an order leaves with all its unknowns, each deviation of its matrix with this weight, and what it makes of an
