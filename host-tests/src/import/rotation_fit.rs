@@ -96,7 +96,7 @@ pub struct RotationFit {
     pub axes: Axes,
     /// Factor by which the gyro's rates have to be multiplied.
     pub scale: f64,
-    /// Share of the vector's turning that this explains.
+    /// Share of the vector's turning that this explains, with a bias and nothing else.
     pub explained: f64,
 }
 
@@ -126,9 +126,9 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     let floor = (TURN * TURN / 6.0).powi(2) * nothing;
     let noise = sums.left(Axes::IDENTITY, 0.0)?.max(floor) / sums.rows;
     let fits = Axes::all().into_iter().filter_map(|axes| {
-        let (scale, _) = sums.scale(axes)?;
+        let (scale, plainly_left) = sums.scale(axes)?;
         let left = sums.left(axes, noise / (ELEMENT * ELEMENT * scale * scale))?;
-        Some((RotationFit { axes, scale, explained: 1.0 - left / nothing }, left))
+        Some((RotationFit { axes, scale, explained: 1.0 - plainly_left / nothing }, left))
     });
     let fits: Vec<_> = fits.collect();
     let (best, least) = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
