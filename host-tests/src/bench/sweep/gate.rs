@@ -97,3 +97,25 @@ pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
     }
     Ok(table)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn right_axes_are_let_in_and_most_turned_signs_of_the_fast_axis_are_not() {
+        let mistake = MISTAKES.iter().find(|mistake| mistake.name == "gyro: sign of z").unwrap();
+        let mut named = 0;
+        // The last two turn at 120 rpm, with hard iron or a delay.
+        let seeds = (1_200..1_210).chain([123, 559]);
+        for seed in seeds.clone() {
+            let (mut trace, _) = simulate(&draw(seed).scenario, seed);
+            let config = of_trace(&trace);
+            assert!(said(&trace, &config, None) == Said::LetIn, "{seed}");
+            trace.samples.iter_mut().for_each(mistake.make);
+            named += usize::from(said(&trace, &config, Some(mistake)) == Said::Named);
+        }
+        assert!(2 * named > seeds.count(), "{named}");
+    }
+}

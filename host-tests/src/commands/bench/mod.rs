@@ -58,7 +58,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let sections = asked_for(args)?;
     if let (Some(_), Some(other)) = (args.first_seed, sections.iter().find(|section| !section.tells_seeds)) {
         return Err(Failure::BadInput(format!(
-            "--first-seed: {} has seeds of its own; use --only whole_probe",
+            "--first-seed: {} has seeds of its own; use --only whole_probe or --only sweep",
             other.name
         ))
         .into());
