@@ -103,8 +103,11 @@ fn trial(seed: u64) -> anyhow::Result<Trial> {
     Ok(Trial { drawn, flown: Some(flown) })
 }
 
-/// What may go wrong with a flight, with the word for it.
-const WRONG: [(&str, fn(&Flown) -> bool); 5] = [
+/// A property with the word for it.
+type Named<T> = (&'static str, fn(&T) -> bool);
+
+/// What may go wrong with a flight.
+const WRONG: [Named<Flown>; 5] = [
     ("named falsely", |flown| !flown.false_names.is_empty()),
     ("worse than bias only", Flown::is_harmed),
     ("rotation worse by the loop", Flown::is_rotation_worse_by_loop),
@@ -112,8 +115,8 @@ const WRONG: [(&str, fn(&Flown) -> bool); 5] = [
     ("wrong in silence", Flown::is_wrong_in_silence),
 ];
 
-/// Tools that are told apart, with the words for them.
-const KINDS: [(&str, fn(&Drawn) -> bool); 9] = [
+/// Tools that are told apart.
+const KINDS: [Named<Drawn>; 9] = [
     ("all", |_| true),
     ("without an effect", |drawn| drawn.cases.is_empty()),
     ("with one", |drawn| drawn.cases.len() == 1),
