@@ -22,13 +22,13 @@ const ELEMENT: f64 = 0.05;
 /// 48,000 to 1, for 48 orders; and neighbouring blocks err alike, which makes them worth a quarter.
 const LIKELIER: f64 = 4.0 * 21.6;
 
-/// Least number of rows: seven for each unknown of an order.
+/// Least number of rows: some six for each unknown of an order.
 const LEAST_ROWS: f64 = 170.0;
 /// Number of blocks that tell enough, a quarter of an hour: of a longer recording they are taken evenly.
 const ENOUGH: usize = 20_000;
 
-/// Unknowns of all orders together, by their first columns: the matrix's elements; the elements of what turns as the gyro
-/// says, though the vector does not: its offset's cross product with the matrix; the bias; and the lag, with each element.
+/// Unknowns of all orders together, by their first columns: the matrix's elements; those of its offset's cross product
+/// with the matrix, which turns as the gyro says though the vector does not; the bias; and the lag, with each element.
 const ELEMENTS: usize = 0;
 const OFFSETS: usize = 9;
 const BIAS: usize = 18;
@@ -223,8 +223,8 @@ impl Sums {
         (solved[0] > 0.0).then_some((solved[0], self.square - solved.dot(&right)))
     }
 
-    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight, and what it makes of an
-    /// offset accordingly.
+    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight, and what it makes of
+    /// an offset accordingly.
     fn left(&self, axes: Axes, weight: f64) -> Option<f64> {
         let own = Self::own(axes);
         let mut normal = own.transpose() * *self.normal * own;
