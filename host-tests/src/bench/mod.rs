@@ -28,3 +28,4 @@ pub(crate) mod swaps;
 pub(crate) mod sweep;
 pub(crate) mod turntable;
 pub(crate) mod whole_probe;
+mod worse;

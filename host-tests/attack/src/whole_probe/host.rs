@@ -194,7 +194,7 @@ impl Host {
             .filter(|k| matches!(self.sent[*k].sender, Sender::Owner { .. }))
             .take(3)
             .collect();
-        let chosen = self.random.between(0.0, owners.len() as f64) as usize;
+        let chosen = self.random.index(owners.len());
         if let Some((k, bytes)) = owners.get(chosen).map(|k| (*k, self.sent[*k].bytes.clone())) {
             self.put(now_us, &bytes, Some(k));
         }

@@ -114,13 +114,12 @@ impl Trouble {
 
     /// Draws a trouble.
     fn draw(random: &mut Random) -> Self {
-        let one_of = |random: &mut Random, n: usize| random.between(0.0, n as f64) as usize;
         let lasting = |random: &mut Random, low: f64, high: f64| (random.between(low, high) * 1e6) as u64;
-        match one_of(random, 19) {
+        match random.index(19) {
             0 => Self::PowerCut,
             1 | 2 => {
-                let cut = CUTS[one_of(random, CUTS.len())];
-                Self::CutInFlash(one_of(random, 80) as u64, cut)
+                let cut = CUTS[random.index(CUTS.len())];
+                Self::CutInFlash(random.index(80) as u64, cut)
             }
             3 | 4 => {
                 let faults = [
@@ -128,10 +127,10 @@ impl Trouble {
                     BusFault::ArbitrationLoss,
                     BusFault::TimeOut,
                     BusFault::Locked,
-                    BusFault::ShortRead { whole: one_of(random, 12) as u16 },
-                    BusFault::BitFlip { bit: one_of(random, 200) as u16 },
+                    BusFault::ShortRead { whole: random.index(12) as u16 },
+                    BusFault::BitFlip { bit: random.index(200) as u16 },
                 ];
-                let fault = faults[one_of(random, faults.len())];
+                let fault = faults[random.index(faults.len())];
                 let long = if fault == BusFault::TimeOut { 0.05 } else { 3.0 };
                 Self::Wire(random.uniform() < 0.6, fault, lasting(random, 0.0, long))
             }
@@ -142,23 +141,23 @@ impl Trouble {
                     PartFault::FifoOverrun,
                     PartFault::SilentReset,
                     PartFault::FrozenOutput,
-                    PartFault::DeadAxis(one_of(random, 6) as u8),
+                    PartFault::DeadAxis(random.index(6) as u8),
                     PartFault::WrongIdentification,
                 ];
-                let fault = faults[one_of(random, faults.len())];
+                let fault = faults[random.index(faults.len())];
                 Self::Part(random.uniform() < 0.6, fault, lasting(random, 0.0, 4.0))
             }
-            7 => Self::LineNoise(20 + one_of(random, 400) as u32, lasting(random, 0.2, 4.0)),
+            7 => Self::LineNoise(20 + random.index(400) as u32, lasting(random, 0.2, 4.0)),
             8 => Self::LineStall(lasting(random, 0.1, 2.0)),
-            9 => Self::Flood(10 + one_of(random, 90) as u8),
-            10 => Self::Garbage(one_of(random, 1_000) as u16),
+            9 => Self::Flood(10 + random.index(90) as u8),
+            10 => Self::Garbage(random.index(1_000) as u16),
             11 | 12 => Self::Replay,
             13 => Self::WrongKey,
             14 => Self::OtherProbe,
             15 => Self::ClockStep(lasting(random, 0.05, 30.0) as i64),
             16 => Self::ClockStep(-(lasting(random, 0.05, 30.0) as i64)),
-            17 => Self::Overload(4 + one_of(random, 21) as u64, lasting(random, 0.3, 3.0)),
-            _ => Self::Hang([Stage::Acquisition, Stage::Samples, Stage::Work, Stage::Telemetry][one_of(random, 4)]),
+            17 => Self::Overload(4 + random.index(21) as u64, lasting(random, 0.3, 3.0)),
+            _ => Self::Hang([Stage::Acquisition, Stage::Samples, Stage::Work, Stage::Telemetry][random.index(4)]),
         }
     }
 }
@@ -170,7 +169,7 @@ pub fn draw(random: &mut Random, proportions: &Proportions, drilling_from_s: &[f
     let mut at_s = random.between(0.5, 3.0);
     let pause_s = match *pauses_s {
         [pause_s] => pause_s,
-        _ => pauses_s[random.between(0.0, pauses_s.len() as f64) as usize],
+        _ => pauses_s[random.index(pauses_s.len())],
     };
     while at_s < length_s {
         plan.push(((at_s * 1e6) as u64, Trouble::draw(random)));

@@ -17,6 +17,10 @@ use testbed::simulate::{MountRotation, Random, Scenario, Temperature};
 static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =
     LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
 
+/// Errors of accelerometer and magnetometer, of which every part has some within its data sheet.
+pub(in crate::bench) const OF_VECTORS: [&str; 5] =
+    ["hard_iron", "soft_iron", "axial_interference", "accel_bias", "accel_scale"];
+
 /// One case.
 pub(in crate::bench) struct Case {
     pub name: &'static str,

@@ -10,20 +10,10 @@ pub(super) mod trial;
 
 use meerkat_mwd::diagnosis::Verdict;
 
+use super::worse::{MATTERS_DEG, is_worse};
 use cases::{CASES, Case};
 use testbed::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 use trial::{DATA_S, Errors, HELD_OUT_S, Outcome, diagnose_and_score, drilled};
-
-/// Ratio of errors that counts as a clear difference.
-const CLEARLY: f64 = 1.05;
-
-/// Difference of errors that matters, degrees.
-const MATTERS_DEG: f64 = 0.1;
-
-/// Returns true if the error with the loop is clearly larger than without it.
-fn is_worse([without, with]: &[f64; 2]) -> bool {
-    *with > CLEARLY * without
-}
 
 struct Trial {
     outcome: Outcome,

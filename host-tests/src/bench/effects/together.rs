@@ -6,7 +6,6 @@ use super::{
     cases::{CASES, Case},
     trial::{DATA_S, diagnose, drilled},
 };
-use testbed::simulate::Random;
 use testbed::study::{Cell, Effort, Table, seeds::each_seed};
 
 /// Groups to draw from: effects that are named in most runs in which they are alone. At most one of each
@@ -85,8 +84,8 @@ fn trial(seed: u64) -> anyhow::Result<Trial> {
     let scenario = drilled(45.0, seed, |scenario, random| {
         let mut groups: Vec<&[&str]> = GROUPS.to_vec();
         for _ in 0..2 + seed % 3 {
-            let group = groups.swap_remove(any_of(groups.len(), random));
-            let name = group.get(any_of(group.len(), random));
+            let group = groups.swap_remove(random.index(groups.len()));
+            let name = group.get(random.index(group.len()));
             drawn.extend(CASES.iter().find(|case| Some(&case.name) == name));
         }
         for case in &drawn {
@@ -94,10 +93,6 @@ fn trial(seed: u64) -> anyhow::Result<Trial> {
         }
     })?;
     Ok(Trial { drawn, found: diagnose(&scenario, seed, &LIBRARY)?.names })
-}
-
-fn any_of(count: usize, random: &mut Random) -> usize {
-    ((random.uniform() * count as f64) as usize).min(count - 1)
 }
 
 #[cfg(test)]

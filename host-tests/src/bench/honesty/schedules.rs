@@ -79,23 +79,19 @@ fn logarithmic(random: &mut Random, [least, most]: [f64; 2]) -> f64 {
     least * (most / least).powf(random.uniform())
 }
 
-fn one_of(random: &mut Random, n: usize) -> usize {
-    ((random.uniform() * n as f64) as usize).min(n - 1)
-}
-
 impl Fault {
     fn draw(random: &mut Random, sensor: usize) -> Self {
         let from_s = random.between(BEGIN_S[0], BEGIN_S[1]);
         let parts_s = (random.uniform() < 0.5).then(|| [(); 2].map(|()| logarithmic(random, PART_S)));
         Self {
             sensor,
-            kind: one_of(random, KINDS.len()),
+            kind: random.index(KINDS.len()),
             from_s,
             to_s: from_s + logarithmic(random, LASTS_S),
             parts_s,
-            axis: one_of(random, 3),
+            axis: random.index(3),
             all_axes: random.uniform() < 0.5,
-            factor: [0.25, 0.5, 2.0, 4.0][one_of(random, 4)],
+            factor: [0.25, 0.5, 2.0, 4.0][random.index(4)],
             held: [0.0; 3],
         }
     }
@@ -188,9 +184,9 @@ pub fn play(seed: u64) -> anyhow::Result<Played> {
     };
     let (mut trace, _) = simulate(&scenario, seed);
     let mut sensors = vec![0, 1, 2];
-    let mut faults: Vec<Fault> = (0..=one_of(random, 3))
+    let mut faults: Vec<Fault> = (0..=random.index(3))
         .map(|_| {
-            let sensor = sensors.remove(one_of(random, sensors.len()));
+            let sensor = sensors.remove(random.index(sensors.len()));
             Fault::draw(random, sensor)
         })
         .collect();

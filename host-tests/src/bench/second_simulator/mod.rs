@@ -3,7 +3,11 @@
 pub(super) mod blind;
 mod cases;
 
-use super::effects::trial::{Outcome, attitude_error_deg};
+use super::effects::{
+    cases::OF_VECTORS,
+    trial::{Outcome, attitude_error_deg},
+};
+use super::worse::{MATTERS_DEG, is_worse_by_what_matters};
 use crate::second_simulator::{Added, Plan, simulate};
 use cases::{CASES, Case};
 use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::Verdict};
@@ -17,10 +21,6 @@ use testbed::{
 /// Length of a run, and from where its attitude is scored, seconds.
 const DURATION_S: f64 = 180.0;
 const SCORED_FROM_S: f64 = 120.0;
-
-/// Ratio of errors that counts as a clear difference, and difference of errors that matters, degrees.
-const CLEARLY: f64 = 1.05;
-const MATTERS_DEG: f64 = 0.1;
 
 struct Trial {
     outcome: Outcome,
@@ -66,9 +66,6 @@ fn trial(case: &Case, seed: u64) -> anyhow::Result<Trial> {
     Ok(Trial { outcome: Outcome::of(&with, &LIBRARY), attitude_deg })
 }
 
-/// Errors of accelerometer and magnetometer, of which every run has some within the data sheets.
-const IN_EVERY_RUN: [&str; 5] = ["hard_iron", "soft_iron", "axial_interference", "accel_bias", "accel_scale"];
-
 impl Trial {
     fn is_named(&self, case: &Case) -> bool {
         self.outcome.names.iter().any(|name| case.names.contains(name))
@@ -76,14 +73,13 @@ impl Trial {
 
     /// Names other than the case's: of errors that are there in every run, or of ones that are not there.
     fn others(&self, case: &Case, are_there: bool) -> Vec<&'static str> {
-        let is_other = |name: &&str| !case.names.contains(name) && IN_EVERY_RUN.contains(name) == are_there;
+        let is_other = |name: &&str| !case.names.contains(name) && OF_VECTORS.contains(name) == are_there;
         self.outcome.names.iter().copied().filter(is_other).collect()
     }
 
     /// Returns true if the loop makes the attitude clearly worse, and by an amount that matters.
     fn is_harmed(&self) -> bool {
-        let [without, with] = self.attitude_deg;
-        with > CLEARLY * without && with > without + MATTERS_DEG
+        is_worse_by_what_matters(&self.attitude_deg)
     }
 }
 
@@ -138,7 +134,7 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::*;
+    use super::{super::worse::CLEARLY, *};
     use testbed::study::median;
 
     fn trials(name: &str) -> Vec<Trial> {

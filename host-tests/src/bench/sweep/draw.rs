@@ -1,6 +1,6 @@
 //! A tool in its hole, drawn whole: motion, place, sensors and up to three effects.
 
-use crate::bench::effects::cases::{CASES, Case};
+use crate::bench::effects::cases::{CASES, Case, OF_VECTORS};
 use testbed::simulate::{
     Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Random, Rotation, Scenario, ShockSettings, Vibration,
     Wobble,
@@ -23,9 +23,6 @@ const ACCEL_SCALE: f64 = 2e-3;
 const HARD_IRON_UT: f64 = 0.3;
 const MAG_SCALE: f64 = 5e-3;
 
-/// Names of the errors that every second tool has.
-const IN_EVERY_SECOND: [&str; 5] = ["accel_bias", "accel_scale", "hard_iron", "soft_iron", "axial_interference"];
-
 /// A tool that was drawn.
 pub(super) struct Drawn {
     pub scenario: Scenario,
@@ -38,7 +35,7 @@ pub(super) struct Drawn {
 impl Drawn {
     /// Returns true if what has this name is there, or cannot be told from what is.
     pub fn allows(&self, name: &str) -> bool {
-        self.cases.iter().any(|case| case.allows(name)) || (self.are_vectors_off && IN_EVERY_SECOND.contains(&name))
+        self.cases.iter().any(|case| case.allows(name)) || (self.are_vectors_off && OF_VECTORS.contains(&name))
     }
 
     /// Description for the reader of a table.
@@ -59,7 +56,7 @@ impl Drawn {
 
 /// One of these.
 fn one<T: Copy>(random: &mut Random, of: &[T]) -> T {
-    of[(random.between(0.0, of.len() as f64) as usize).min(of.len() - 1)]
+    of[random.index(of.len())]
 }
 
 fn scaled(random: &mut Random, sigma: f64) -> [[f64; 3]; 3] {
@@ -135,14 +132,12 @@ pub(super) fn draw(seed: u64) -> Drawn {
         let case = one(random, &alone);
         if cases.iter().all(|other| other.name != case.name) {
             (case.add)(&mut scenario, random);
-            // The sizes are those of a tool at this speed, and what it reads grows with the square of its speed.
-            let faster = (mean_rpm / CASES_RPM).max(1.0);
-            for size in &mut scenario.effects.gyro_scale_nonlinearity_s2_rad2 {
-                *size /= if case.name == "gyro_scale_nonlinearity" { faster * faster } else { 1.0 };
-            }
             cases.push(case);
         }
     }
+    // The sizes of a nonlinearity are for a slow tool, and what they add to a reading grows with the square of the speed.
+    let slower = (CASES_RPM / mean_rpm).min(1.0);
+    scenario.effects.gyro_scale_nonlinearity_s2_rad2.iter_mut().for_each(|size| *size *= slower * slower);
     let are_vectors_off = random.uniform() < 0.5;
     if are_vectors_off {
         let effects = &mut scenario.effects;

@@ -9,6 +9,7 @@ use meerkat_mwd::{Config, compensation::effects::LIBRARY, identification::Decisi
 use super::{
     effects::trial::Outcome,
     honesty::seen::{Unflagged, unflagged},
+    worse::{MATTERS_DEG, is_worse_by_what_matters},
 };
 use crate::import::plausible::checked;
 use draw::{Drawn, draw};
@@ -18,10 +19,6 @@ use testbed::{
     simulate::simulate,
     study::{Cell, Effort, Table, median_and_worst, seeds::each_seed},
 };
-
-/// Ratio of errors that counts as a clear difference, and difference of errors that matters, degrees.
-const CLEARLY: f64 = 1.1;
-const MATTERS_DEG: f64 = 0.1;
 
 /// Inclination below which a hole is called vertical, degrees.
 const VERTICAL_BELOW_DEG: f64 = 5.0;
@@ -53,23 +50,18 @@ struct Flown {
 impl Flown {
     fn is_harmed(&self) -> bool {
         let [bias_only, _, with] = self.rotation_deg;
-        is_worse([bias_only, with])
+        is_worse_by_what_matters(&[bias_only, with])
     }
     fn is_rotation_worse_by_loop(&self) -> bool {
         let [_, without, with] = self.rotation_deg;
-        is_worse([without, with])
+        is_worse_by_what_matters(&[without, with])
     }
     fn is_attitude_worse_by_loop(&self) -> bool {
-        is_worse(self.attitude_deg)
+        is_worse_by_what_matters(&self.attitude_deg)
     }
     fn is_wrong_in_silence(&self) -> bool {
         self.unflagged.longest_s > LET_PASS_S
     }
-}
-
-/// Returns true if the second error is clearly larger than the first, by an amount that matters.
-fn is_worse([without, with]: [f64; 2]) -> bool {
-    with > CLEARLY * without && with > without + MATTERS_DEG
 }
 
 fn trial(seed: u64) -> anyhow::Result<Trial> {
@@ -139,7 +131,7 @@ fn by_kind(trials: &[(u64, Trial)]) -> Table {
         format!(
             "{} tools drawn whole: refused at the gate, though units and axes are right; P accepted; an effect named that is \
              neither there nor looks like one that is; rotation over 2 s worse than by bias only; rotation and attitude worse by \
-             the loop; an angle beyond five stated deviations without a flag for over {LET_PASS_S:.0} s; worse: by a tenth \
+             the loop; an angle beyond five stated deviations without a flag for over {LET_PASS_S:.0} s; worse: by a twentieth \
              and {MATTERS_DEG} deg; errors in deg rms, median [worst]",
             trials.len()
         ),

@@ -34,6 +34,11 @@ impl Random {
         low + (high - low) * self.uniform()
     }
 
+    /// An index of so many, each as likely; 0 of none.
+    pub fn index(&mut self, count: usize) -> usize {
+        ((self.uniform() * count as f64) as usize).min(count.saturating_sub(1))
+    }
+
     /// Plus or minus one.
     pub fn sign(&mut self) -> f64 {
         if self.uniform() < 0.5 { -1.0 } else { 1.0 }
