@@ -1,6 +1,8 @@
 //! Configuration as one flat struct: every field of the library's [`Config`], under its path with underscores.
 
 use crate::{
+    choices::{motion, motion_number, search, search_number, truth},
+    config_fault::ConfigFault,
     pointer::{check, get, put},
     status::MwdStatus,
     text,
@@ -10,24 +12,13 @@ use meerkat_mwd::{
     Config,
     compensation::{GyroModel, VectorModel},
     config::{
-        AttitudeConfig, ConfigError, DynamicsConfig, Earth, FullScale, IdentificationConfig, Latency, Motion,
-        OptimizerKind, SurveyConfig, SurveyErrors, SurveyLimits, VectorErrors,
+        AttitudeConfig, DynamicsConfig, Earth, FullScale, IdentificationConfig, Latency, SurveyConfig, SurveyErrors,
+        SurveyLimits, VectorErrors,
     },
 };
 
 /// Version of `MwdConfig`. A field that is added, removed or reordered makes another one.
 pub const MWD_CONFIG_VERSION: u32 = 2;
-/// Motion by a hand that turns and swings the probe.
-pub const MWD_MOTION_HAND: u32 = 0;
-/// Motion in a drill string, or on a rig that turns the probe without carrying it about. The default.
-pub const MWD_MOTION_DRILL_STRING: u32 = 1;
-/// Search by the improved meerkat optimisation algorithm. The default.
-pub const MWD_SEARCH_IMOA: u32 = 0;
-/// Search by Levenberg-Marquardt.
-pub const MWD_SEARCH_LM: u32 = 1;
-/// No search: the estimator's mean itself.
-pub const MWD_SEARCH_LS: u32 = 2;
-
 /// Configuration of the whole pipeline. `mwd_config_default` fills it; a program then changes what it knows better.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -439,33 +430,6 @@ impl MwdConfig {
     }
 }
 
-/// Reason for which a configuration cannot be used.
-pub(crate) enum ConfigFault {
-    /// Another version's struct.
-    Version,
-    /// A field out of its bounds.
-    Field(ConfigError),
-    /// A number that stands for a choice, and for none of the choices.
-    Choice { field: &'static str, must_be: &'static str },
-}
-
-impl ConfigFault {
-    fn status(&self) -> MwdStatus {
-        match self {
-            Self::Version => MwdStatus::ErrorVersion,
-            Self::Field(_) | Self::Choice { .. } => MwdStatus::ErrorConfig,
-        }
-    }
-
-    fn texts(&self) -> [&'static str; 2] {
-        match self {
-            Self::Version => ["version", "MWD_CONFIG_VERSION of the library that is linked"],
-            Self::Field(error) => [error.field, error.must_be],
-            Self::Choice { field, must_be } => [field, must_be],
-        }
-    }
-}
-
 fn or_nan(value: Option<f32>) -> f32 {
     value.unwrap_or(f32::NAN)
 }
@@ -482,47 +446,6 @@ fn flat(rows: &[[f32; 3]; 3]) -> [f32; 9] {
 fn rows(flat: &[f32; 9]) -> [[f32; 3]; 3] {
     let [a, b, c, d, e, f, g, h, i] = *flat;
     [[a, b, c], [d, e, f], [g, h, i]]
-}
-
-fn truth(number: u32, field: &'static str) -> Result<bool, ConfigFault> {
-    match number {
-        0 => Ok(false),
-        1 => Ok(true),
-        _ => Err(ConfigFault::Choice { field, must_be: "0 or 1" }),
-    }
-}
-
-fn motion_number(motion: Motion) -> u32 {
-    match motion {
-        Motion::Hand => MWD_MOTION_HAND,
-        _ => MWD_MOTION_DRILL_STRING,
-    }
-}
-
-fn motion(number: u32, field: &'static str) -> Result<Motion, ConfigFault> {
-    match number {
-        MWD_MOTION_HAND => Ok(Motion::Hand),
-        MWD_MOTION_DRILL_STRING => Ok(Motion::DrillString),
-        _ => Err(ConfigFault::Choice { field, must_be: "MWD_MOTION_HAND or MWD_MOTION_DRILL_STRING" }),
-    }
-}
-
-/// The baselines of `baseline-searches` are not in this library.
-pub(crate) fn search_number(search: OptimizerKind) -> u32 {
-    match search {
-        OptimizerKind::Lm => MWD_SEARCH_LM,
-        OptimizerKind::Ls => MWD_SEARCH_LS,
-        _ => MWD_SEARCH_IMOA,
-    }
-}
-
-pub(crate) fn search(number: u32, field: &'static str) -> Result<OptimizerKind, ConfigFault> {
-    match number {
-        MWD_SEARCH_IMOA => Ok(OptimizerKind::Imoa),
-        MWD_SEARCH_LM => Ok(OptimizerKind::Lm),
-        MWD_SEARCH_LS => Ok(OptimizerKind::Ls),
-        _ => Err(ConfigFault::Choice { field, must_be: "MWD_SEARCH_IMOA, MWD_SEARCH_LM or MWD_SEARCH_LS" }),
-    }
 }
 
 /// Copies a configuration of this version.

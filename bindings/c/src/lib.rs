@@ -10,7 +10,9 @@
 #![deny(clippy::indexing_slicing)]
 
 mod attitude;
+mod choices;
 mod config;
+mod config_fault;
 mod effects;
 mod frames;
 mod magnet;
@@ -26,6 +28,7 @@ mod text;
 mod window;
 
 pub use attitude::*;
+pub use choices::*;
 pub use config::*;
 pub use effects::*;
 pub use frames::*;

@@ -1,6 +1,6 @@
 //! Report of a window: its decision, the fit with its uncertainty, and the figures behind both.
 
-use crate::config::{search, search_number};
+use crate::choices::{search, search_number};
 use meerkat_mwd::{
     compensation::GyroModel,
     config::OptimizerKind,

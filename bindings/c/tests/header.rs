@@ -14,8 +14,8 @@ fn generated() -> String {
     let config = cbindgen::Config::from_file(here.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
     for module in [
-        "status", "sizes", "config", "sample", "output", "window", "probe", "effects", "magnet", "survey", "mounting",
-        "attitude", "frames",
+        "status", "sizes", "config", "choices", "sample", "output", "window", "probe", "effects", "magnet", "survey",
+        "mounting", "attitude", "frames",
     ] {
         builder = builder.with_src(here.join("src").join(module).with_extension("rs"));
     }
