@@ -1,5 +1,5 @@
-//! Linker arguments of the firmware, and what it logs. The arguments stand here because a user's RUSTFLAGS would replace those of `.cargo/config.toml`,
-//! and the image would link empty.
+//! Linker arguments of the firmware, and what it logs. The arguments stand here because a user's RUSTFLAGS would
+//! replace those of `.cargo/config.toml`, and the image would link empty.
 
 fn main() {
     println!("cargo:rerun-if-changed=memory.x");
@@ -18,8 +18,8 @@ fn main() {
         return;
     }
     let here = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
-    // The linker finds `memory.x` beside the workspace before any that a search path has, and cortex-m-rt's script asks for that name. A
-    // board with other addresses therefore has a whole script of its own.
+    // The linker finds `memory.x` beside the workspace before any that a search path has, and cortex-m-rt's script asks
+    // for that name. A board with other addresses therefore has a whole script of its own.
     if feature("BOARD_NRF52840") {
         println!("cargo:rustc-link-search={here}/src/bin/probe");
         println!("cargo:rustc-link-arg-bins=-Tnrf52840.x");

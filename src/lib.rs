@@ -31,7 +31,7 @@
 //! | `bus` | registers over SPI and I2C, for a driver of one's own |
 //! | `async` | drivers and adapters over `embedded-hal-async`, too |
 //! | `rm3100`, `iis2mdc` | magnetometers: PNI RM3100, ST IIS2MDC |
-//! | `ism330dhcx`, `lsm6dsv320x`, `icm42688`, `bmi088` | gyros with accelerometers: ST ISM330DHCX and LSM6DSV320X, TDK ICM-42688-P, Bosch BMI088 |
+//! | `ism330dhcx`, `lsm6dsv320x`, `icm42688`, `bmi088` | gyros with accelerometers: ST, TDK ICM-42688-P, Bosch |
 //! | `emulation` | register-level models of the ISM330DHCX and the RM3100, with faults, and records of a run |
 //! | `baseline-searches` | the searches that IMOA is compared with |
 //! | `explanation` | what an update rests on, for tools on a desk |

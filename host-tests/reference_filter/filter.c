@@ -1,9 +1,11 @@
-/* A second implementation of the estimator in float, to hold the library's against: the same equations, none of its code.
+/* A second implementation of the estimator in float, to hold the library's against:
+ * the same equations, none of its code.
  *
- * Forward square-root information filter of the gyro's matrix P and bias b beside the errors of accelerometer and magnetometer, for motion by
- * hand. It is the prototype from which the library's filter was designed, with the terms that were added there since, so that both
- * should agree to rounding:
- *   - the first heading is fixed and the first field free, the start's velocity and position are as wide as their bounds;
+ * Forward square-root information filter of the gyro's matrix P and bias b beside the errors of accelerometer and
+ * magnetometer, for motion by hand. It is the prototype from which the library's filter was designed, with the terms
+ * that were added there since, so that both should agree to rounding:
+ *   - the first heading is fixed and the first field free, the start's velocity and position are as wide as their
+ *     bounds;
  *   - the curvature of an uncertain rotation in its noise, and of the first attitude in the field's;
  *   - the field's scatter within a node in its noise, and the norm's deviation only as far as that does not explain it;
  *   - norms of single fields, not of their mean;
@@ -11,17 +13,21 @@
  *   - rests judged from nodes that are quiet, read the same and do not turn, and rows that say so of the bias;
  *   - the point at which rows are made linear, which stays until a rest is over;
  *   - nodes that end after half a turn;
- *   - readings of the field that contradict everything known are left out (the library also forgets what they contradict for 20 s);
+ *   - readings of the field that contradict everything known are left out (the library also forgets what they
+ *     contradict for 20 s);
  *   - walks of P and b every 10 s, in the place of a fading memory;
  *   - vibration as the mean of its squares;
  *   - P as a turn of what is symmetric, and the heading of a node, in the place of whose change the earth frame turns.
- * What it is not: elements of both sensor matrices are unknowns as they are (the library turns them, to the same prior), derivatives are
- * written out, those of P are differences, process noise enters by eliminating it, not by a change of rank one. It knows no gap, no missing reading and no drill string.
+ * What it is not: elements of both sensor matrices are unknowns as they are (the library turns them, to the same
+ * prior), derivatives are written out, those of P are differences, process noise enters by eliminating it, not by a
+ * change of rank one. It knows no gap, no missing reading and no drill string.
  *
- * Node states, 12: attitude error (earth frame), velocity, position, earth field. Globals, 34: magnetometer matrix less its last element (the
- * trace is zero) 8, hard iron 3, magnetometer lag, accelerometer lag, accelerometer matrix 9, b 3, P 9.
+ * Node states, 12: attitude error (earth frame), velocity, position, earth field. Globals, 34: magnetometer matrix less
+ * its last element (the trace is zero) 8, hard iron 3, magnetometer lag, accelerometer lag, accelerometer matrix 9,
+ * b 3, P 9.
  *
- * Standard input, floats in the machine's order: settings (struct settings), then increments (struct increment) to the end.
+ * Standard input, floats in the machine's order: settings (struct settings), then increments (struct increment), to
+ * the end.
  * Standard output: the globals' deviations from the prior's mean, their root of information row by row, the prior's
  * mean of b, nodes, nodes at rest, nodes whose field and whose force were left out.
  */
@@ -331,7 +337,8 @@ static int turned(const float *a, const float *b, float variance) {
     return dot(d, d) > REST_CHANGED * variance;
 }
 
-/* A rest is quiet nodes that read the same, whose mean a bias can be, and whose vectors have not turned since the quiet began. */
+/* A rest is quiet nodes that read the same, whose mean a bias can be, and whose vectors have not turned since the quiet
+ * began. */
 static int is_rest(void) {
     struct half now, last = before;
     float n = path.count, T = path.seconds, own = S.field_share * S.field_at_rest;
@@ -380,7 +387,8 @@ static int is_rest(void) {
     return first_s >= doubted_s && (usual || shows) && !changed;
 }
 
-/* The prior: three diagonal elements of the magnetometer matrix whose sum is zero have the precision [2 1; 1 2] / sigma^2 in the first two. */
+/* The prior: three diagonal elements of the magnetometer matrix whose sum is zero have the precision [2 1; 1 2] /
+ * sigma^2 in the first two. */
 static void start(void) {
     memcpy(bias, rest_rate, sizeof bias);
     memset(x, 0, sizeof x);
@@ -461,8 +469,8 @@ static float attitude_variance(void) {
     return sum;
 }
 
-/* Whether the constants of three rows on old states and globals are larger than chance makes them: their covariance is that of the unknowns
- * and `noise` times the identity. */
+/* Whether the constants of three rows on old states and globals are larger than chance makes them: their covariance is
+ * that of the unknowns and `noise` times the identity. */
 static int contradicted(float (*b)[WIDTH], float noise) {
     float y[3][STATES + GLOBALS], c[3][3];
     for (int k = 0; k < 3; k++)
@@ -531,7 +539,8 @@ static void update(int rest) {
     apply(node.attitude, body, mean);
     if (!node.has_field) memcpy(node.field, mean, sizeof mean);
     node.has_field = 1;
-    /* Variance: the sensor's own, and of means that are shorter across the axis by up to angle^2 / 24 of a sample period. */
+    /* Variance: the sensor's own, and of means that are shorter across the axis by up to angle^2 / 24 of a sample
+     * period. */
     float alone = S.field_share * (rest ? S.field_at_rest : 1), turn_of_sample = path.angle / T * S.sample_period;
     float shorter = turn_of_sample * turn_of_sample / 24, own = alone * alone + shorter * shorter;
     for (int i = 0; i < 3; i++) innovation[i] = mean[i] - node.field[i];

@@ -279,8 +279,8 @@ fn a_configuration_file_is_checked_field_by_field() {
     assert!(message.contains("none.toml: cannot be read"));
 }
 
-/// The model that flies changes between windows, and with a stored model before the first: P and b at the end are those with
-/// which the last rates were made, the residual is of what flew, and the verdict says where it comes from.
+/// The model that flies changes between windows, and with a stored model before the first: P and b at the end are those
+/// with which the last rates were made, the residual is of what flew, and the verdict says where it comes from.
 #[test]
 fn p_and_b_at_the_end_are_those_that_flew() {
     let directory = TempDir::new().unwrap();

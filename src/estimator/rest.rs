@@ -74,8 +74,8 @@ impl<T: Real> Half<T> {
         self.force.has_turned(&since.force, allowed) || self.field.has_turned(&since.field, allowed)
     }
 
-    /// Returns true if a turn by this angle, rad, would have turned force or field about whatever axis. A turn about the
-    /// middle between both turns them least: by its angle times the sine of half the angle between them.
+    /// Returns true if a turn by this angle, rad, would have turned force or field about whatever axis. A turn about
+    /// the middle between both turns them least: by its angle times the sine of half the angle between them.
     fn would_show(&self, since: &Self, angle: T) -> bool {
         let across = self.force.mean.cross(&self.field.mean);
         let least = angle * angle * square(&across) * T::of(0.25);

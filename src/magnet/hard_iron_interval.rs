@@ -28,8 +28,8 @@ pub enum FieldUse {
     Withheld,
     /// It is corrected by the offset.
     Corrected,
-    /// It was used as it came: a magnet that comes before the probe has turned is taken for the probe's own iron. It was
-    /// told when it left.
+    /// It was used as it came: a magnet that comes before the probe has turned is taken for the probe's own iron. It
+    /// was told when it left.
     ToldAfterwards,
 }
 

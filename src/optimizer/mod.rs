@@ -7,7 +7,7 @@
 //!
 //! | optimiser | method | source |
 //! |---|---|---|
-//! | [`Imoa`] | improved meerkat optimisation, our reading | eq 9 to 29 of the paper, read so that they hold in any coordinates |
+//! | [`Imoa`] | improved meerkat optimisation, our reading | eq 9 to 29 of the paper, in any coordinates |
 //! | [`LevenbergMarquardt`] | damped Gauss-Newton, for costs with normal equations | Marquardt, J. SIAM 11 (1963) 431 |
 //!
 //! With the feature `baseline-searches` also those that it is compared with:
@@ -15,7 +15,7 @@
 //! | optimiser | method | source |
 //! |---|---|---|
 //! | `ImoaLiteral` | IMOA as printed | eq 15 to 29 |
-//! | `Moa` | meerkat optimisation | eq 9 to 14, after Xian and Feng, Expert Systems with Applications 231 (2023) 120482 |
+//! | `Moa` | meerkat optimisation | eq 9 to 14; Xian and Feng, Expert Syst. Appl. 231 (2023) 120482 |
 //! | `Pso` | global-best particle swarm with constriction | Clerc and Kennedy, IEEE Trans. Evol. Comput. 6 (2002) 58 |
 //! | `DifferentialEvolution` | DE/rand/1/bin | Storn and Price, J. Global Optimization 11 (1997) 341 |
 //! | `RandomSearch` | uniform draws; the floor of every comparison | |

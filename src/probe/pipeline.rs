@@ -162,8 +162,8 @@ impl<T: TakenOut> Pipeline<T> {
         [of_force, of_field + self.watch.offset_variances_ut2()]
     }
 
-    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time, by the compensated rate and
-    /// the angular acceleration.
+    /// Returns the calibrated readings of accelerometer and magnetometer at the gyro's time, by the compensated rate
+    /// and the angular acceleration.
     fn vectors(&self, config: &Config, sample: &Sample, [rate, acceleration]: [&Vector3<f32>; 2]) -> [Reading; 2] {
         let accel = self.checks.vector(Sensor::Accelerometer, &config.accel, sample);
         let mag = self.checks.vector(Sensor::Magnetometer, &config.mag, sample);

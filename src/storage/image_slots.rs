@@ -8,7 +8,8 @@
 //!
 //! | who | calls |
 //! |---|---|
-//! | program, at rest | [`ImageSlots::begin`], [`ImageSlots::erase_next`] until it is done, [`ImageSlots::write`], [`ImageSlots::finish`] |
+//! | program, at rest | [`ImageSlots::begin`], [`ImageSlots::erase_next`] until it is done |
+//! | program, then | [`ImageSlots::write`], [`ImageSlots::finish`] |
 //! | loader, at every start | [`ImageSlots::choose`], and jumps |
 //! | new program, when it has run well for a while | [`ImageSlots::confirm`] |
 //!

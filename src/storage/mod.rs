@@ -7,7 +7,7 @@
 //!            ModelStore::open(flash, limits)         reads all sectors, writes nothing
 //!            prepare(NotDrilling::PowerUp)           until it says Ready: the only calls that erase
 //!            restore(temperature) -> Probe::restore  the nearest temperature's model, or why there is none
-//!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, or starts from the factory's prior
+//!            learnt_with(number), read_learnt -> Probe::go_on    the filter goes on, or starts from its prior
 //! each sample   StabilityGate::sample; step()        32 bytes of a model that is being written
 //!               no Probe::poll while holds_filter(); StabilityGate::stored when a model is whole
 //! each window   ModelHistory::window                 for the commands alone

@@ -43,8 +43,8 @@ impl<F: NorFlash> Provisioning<F> {
     ///
     /// # Errors
     /// [`StorageError::NotProvisioned`]: the region holds none of this kind, and this one can be written;
-    /// [`StorageError::AlreadyProvisioned`]: it holds a different one, or a key has closed it. The record is invalid, or
-    /// the flash failed.
+    /// [`StorageError::AlreadyProvisioned`]: it holds a different one, or a key has closed it. The record is invalid,
+    /// or the flash failed.
     #[inline(never)]
     pub fn check(&mut self, record: &FactoryRecord) -> Result<(), StorageError<F::Error>> {
         is_valid(record)?;

@@ -1,11 +1,11 @@
 """Files that were written by the programs and libraries of others.
 
-Where they come from: no package of PyPI or crates.io that was looked at (pyulog, px4-ulog, scipy) holds the log of a real
-vehicle. The ULog's messages are made here from a real recording after PX4's description of the format
+Where they come from: no package of PyPI or crates.io that was looked at (pyulog, px4-ulog, scipy) holds the log of a
+real vehicle. The ULog's messages are made here from a real recording after PX4's description of the format
 (https://docs.px4.io/main/en/dev_log/ulog_file_format.html), read by pyulog, PX4's own library, and written again by it.
 The .mat files are real: MATLAB 6.1, 7.1 and 7.4 wrote them on SunOS and Linux, and SciPy brings them for its own tests
-(``scipy/io/matlab/tests/data`` of its wheel, BSD licence). None of them is a recording; that of ``test_package`` is one, and
-SciPy writes it. The flights of the same files made in Rust are compared in ``host-tests/tests/import``.
+(``scipy/io/matlab/tests/data`` of its wheel, BSD licence). None of them is a recording; that of ``test_package`` is
+one, and SciPy writes it. The flights of the same files made in Rust are compared in ``host-tests/tests/import``.
 """
 
 import io

@@ -3,13 +3,14 @@
     cargo build --profile desk -p host-tests
     MWD_PROGRAM=target/desk/mwd python bindings/python/tests/thousand.py
 
-Needs Linux, DuckDB and pandas. ``--recordings`` takes fewer, ``--keep FOLDER`` keeps the recordings for another time. Ends
-with 1 if something does not hold.
+Needs Linux, DuckDB and pandas. ``--recordings`` takes fewer, ``--keep FOLDER`` keeps the recordings for another time.
+Ends with 1 if something does not hold.
 
 What is judged does not depend on what else the machine does. The speed of one processor is that of its own time. Two
-processors are as much faster than one as their run takes less processor time, times the threads that have work at the same
-time: those that run and, on a machine that does more, those that the kernel keeps waiting for a processor
-(``/proc/PID/task/*/schedstat``). A machine that does nothing else shows the same by the clock, which is printed beside it.
+processors are as much faster than one as their run takes less processor time, times the threads that have work at the
+same time: those that run and, on a machine that does more, those that the kernel keeps waiting for a processor
+(``/proc/PID/task/*/schedstat``). A machine that does nothing else shows the same by the clock, which is printed beside
+it.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 /// Time before the end that is looked at, seconds.
 const LAST_S: f64 = 1.0;
 
-/// |G|, |B| and dip of the mean readings of a recording's last second, as they flew, turned to one attitude by the gyro;
+/// |G|, |B| and dip of a recording's last second: mean readings as they flew, turned to one attitude by the gyro;
 /// `None` without a usable reading. Vibration averages out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {

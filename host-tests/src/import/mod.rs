@@ -128,8 +128,8 @@ impl Import {
     }
 }
 
-/// Keys of the trace: those above the source's header row, over them the map's, over them the command line's; and a note
-/// on each line of a trace's own header that is left out.
+/// Keys of the trace: those above the source's header row, over them the map's, over them the command line's; and a
+/// note on each line of a trace's own header that is left out.
 fn header(
     sources: &[PathBuf],
     tables: &[Table],

@@ -15,8 +15,8 @@ const TURN: f64 = 0.15;
 const UNDISTURBED: f64 = 0.05;
 /// Share of the vector's turning that the best order must explain before it counts as evidence.
 const EXPLAINED: f64 = 0.6;
-/// Deviation of an element of the gyro's matrix from its order's, of its scale: twice the sensitivity tolerance and five
-/// times the cross-axis sensitivity of data sheets.
+/// Deviation of an element of the gyro's matrix from its order's, of its scale: twice the sensitivity tolerance and
+/// five times the cross-axis sensitivity of data sheets.
 const ELEMENT: f64 = 0.05;
 /// Log-likelihood ratio by which another order has to be likelier than the given one, in twice the natural logarithm:
 /// 48,000 to 1, for 48 orders; and neighbouring blocks err alike, which makes them worth a quarter.
@@ -121,8 +121,8 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     let (in_rad_s, _) = scales.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let sums = Sums::of(&blocks, 3.0 * spacing_s, in_rad_s);
     let nothing = sums.left_by_bias_alone()?;
-    // The least that is left with whatever matrix; the floor is by how much means and differences of steps err where the
-    // rate changes, as a sixth of the turn's square: in the test with hard iron, without noise, half of it is left.
+    // The least that is left with whatever matrix; the floor is by how much means and differences of steps err where
+    // the rate changes, as a sixth of the turn's square: in the test with hard iron, without noise, half of it is left.
     let floor = (TURN * TURN / 6.0).powi(2) * nothing;
     let noise = sums.left(Axes::IDENTITY, 0.0)?.max(floor) / sums.rows;
     let fits = Axes::all().into_iter().filter_map(|axes| {
@@ -309,8 +309,8 @@ mod tests {
         }
     }
 
-    /// In a vertical hole: the rate about z that the gyro's x reads looks like turns about x that go against the field's
-    /// where a hard iron goes with them.
+    /// In a vertical hole: the rate about z that the gyro's x reads looks like turns about x that go against the
+    /// field's where a hard iron goes with them.
     #[test]
     fn hard_iron_beside_a_cross_axis_error_is_no_wrong_axis() {
         let (mut attitude, mut t_us, mut gyro, mut field) = (Rotation3::identity(), Vec::new(), Vec::new(), Vec::new());

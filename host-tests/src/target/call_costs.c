@@ -1,10 +1,13 @@
-/* A plugin of QEMU's that counts executed instructions and estimates Cortex-M4F cycles, call by call of a program's functions.
+/* A plugin of QEMU's that counts executed instructions and estimates Cortex-M4F cycles, call by call of a program's
+ * functions.
  *
- * A call lasts from a function's first instruction to the one behind the call, with all that it calls. Debian ships no header of the interface,
- * so what is needed of it is declared here. PVER is the version of the interface: 1 for QEMU 7 and 8, 4 for 10.
+ * A call lasts from a function's first instruction to the one behind the call, with all that it calls. Debian ships no
+ * header of the interface, so what is needed of it is declared here. PVER is the version of the interface: 1 for QEMU 7
+ * and 8, 4 for 10.
  *
- * Cycles: Arm's Cortex-M4 Technical Reference Manual (r0p1, tables 3-1 and 7-1) with memory that never waits; VSQRT taken as VDIV; loads are not
- * pipelined; a taken branch adds 2. A board's flash adds waits of its own, which only a board can count.
+ * Cycles: Arm's Cortex-M4 Technical Reference Manual (r0p1, tables 3-1 and 7-1) with memory that never waits; VSQRT
+ * taken as VDIV; loads are not pipelined; a taken branch adds 2. A board's flash adds waits of its own, which only a
+ * board can count.
  */
 #include <stdint.h>
 #include <stdio.h>
@@ -31,7 +34,8 @@ enum { KINDS = 32, ENTRIES = 128 };
 /* What is counted: instructions, cycles, products of floats, cycles of float arithmetic, cycles of loads and stores. */
 enum { INSTRUCTIONS, CYCLES, PRODUCTS, ARITHMETIC, MEMORY, COUNTS };
 
-/* What runs without a branch, whether it ends with a call, the kinds of call that begin with it, and those whose period does. */
+/* What runs without a branch, whether it ends with a call, the kinds of call that begin with it, and those whose period
+ * does. */
 struct run { uint64_t from, to, counts[COUNTS]; int calls; uint32_t begins, ends_period; };
 static struct { uint64_t address; int kind, is_period; } entries[ENTRIES];
 static int n_entries, n_kinds;
@@ -40,8 +44,8 @@ static const struct run *before;
 /* Where the latest call returns to: an interrupt may come between a call and the function's first instruction. */
 static uint64_t returns_to;
 
-/* Calls of a kind: where the present one returns to, and what stood in the counts at its beginning; calls in all, their sums, the dearest;
- * the same of a period, which is all calls from one function's entry to its next. */
+/* Calls of a kind: where the present one returns to, and what stood in the counts at its beginning; calls in all, their
+ * sums, the dearest; the same of a period, which is all calls from one function's entry to its next. */
 static struct {
     uint64_t returns, at[COUNTS], calls, sum[COUNTS], most[COUNTS];
     uint64_t periods, in_period[COUNTS], most_of_period[COUNTS];
@@ -178,8 +182,8 @@ static void on_finish(plugin_id id, void *data)
     fclose(file);
 }
 
-/* Arguments: callNUMBER=ADDRESS of each function of a kind of call, and periodNUMBER=ADDRESS of the function at which a period ends. All are
- * hexadecimal. */
+/* Arguments: callNUMBER=ADDRESS of each function of a kind of call, and periodNUMBER=ADDRESS of the function at which a
+ * period ends. All are hexadecimal. */
 EXPORT int qemu_plugin_install(plugin_id id, const void *info, int argc, char **argv)
 {
     (void)info;

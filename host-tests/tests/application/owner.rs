@@ -148,8 +148,9 @@ fn a_boot_has_the_surveys_settings_in_use() {
     assert_eq!(boots.collect::<Vec<_>>(), [0.0, 0.25, 0.5, 0.75, 1.0]);
 }
 
-/// Without a line downwards nobody sends settings again in the hole: what commands have set holds after every start, until
-/// another command, or the factory, sets something else. A mounting that the factory writes is not kept on this desk.
+/// Without a line downwards nobody sends settings again in the hole: what commands have set holds after every start,
+/// until another command, or the factory, sets something else. A mounting that the factory writes is not kept on this
+/// desk.
 #[test]
 fn what_commands_have_set_holds_after_a_start() {
     let mut dice = Xoshiro128PlusPlus::seed_from_u64(20);
@@ -207,8 +208,8 @@ fn what_commands_have_set_holds_after_a_start() {
     }
 }
 
-/// A full scale of 5 m/s^2 (g in the place of m/s^2) makes every reading a clipped one, so that no rest is ever seen; it
-/// is valid. A mounting that cannot be one needs no key.
+/// A full scale of 5 m/s^2 (g in the place of m/s^2) makes every reading a clipped one, so that no rest is ever seen;
+/// it is valid. A mounting that cannot be one needs no key.
 #[test]
 fn settings_that_hide_every_rest_can_be_ended_and_a_refused_record_ends_none() {
     let mut wrong = Config { survey: SurveyConfig { settle_s: 1.0, ..SurveyConfig::default() }, ..Config::default() };

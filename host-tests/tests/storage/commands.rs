@@ -136,8 +136,8 @@ fn a_cut_at_any_word_leaves_the_command_before_or_the_new_one() {
     println!("{cuts} power cuts while a command is stored");
 }
 
-/// The bytes of a stored command are read by a later firmware, too. Where this fails the layout of the configuration has
-/// changed: raise `COMMANDS` in `src/storage/record.rs`, and put the new digest here.
+/// The bytes of a stored command are read by a later firmware, too. Where this fails the layout of the configuration
+/// has changed: raise `COMMANDS` in `src/storage/record.rs`, and put the new digest here.
 #[test]
 fn the_layout_of_a_stored_configuration_is_that_of_its_version() {
     let vector =

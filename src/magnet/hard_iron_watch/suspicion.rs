@@ -9,8 +9,8 @@ use crate::change::TURNING_RAD_S;
 
 /// Log likelihood ratio that decides between the hypotheses: Wald's bound for one error in a million.
 const DECIDED: f32 = 13.8;
-/// Log likelihood ratio, 20 to 1. For the earth's field: an undecided change is left to the attitude filter, which rejects
-/// such fields itself. For iron: an undecided change is held, for it may be told by how it leaves.
+/// Log likelihood ratio, 20 to 1. For the earth's field: an undecided change is left to the attitude filter, which
+/// rejects such fields itself. For iron: an undecided change is held, for it may be told by how it leaves.
 const LIKELY: f32 = 3.0;
 /// Largest contribution of one node to the ratio, so that no single node decides.
 const MOST_OF_A_NODE: f32 = 5.0;

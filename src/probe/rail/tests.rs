@@ -2,7 +2,8 @@ use super::*;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// A rate table: 300 deg/s, noise of 20 mdps, 61 mdps a count, starting at a fraction of a count that is as likely as any.
+/// A rate table: 300 deg/s, noise of 20 mdps, 61 mdps a count, starting at a fraction of a count that is as likely as
+/// any.
 #[test]
 fn a_steady_turn_whose_noise_is_below_the_resolution_is_no_rail() {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(30);

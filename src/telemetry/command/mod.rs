@@ -199,8 +199,8 @@ impl Command {
         matches!(self, Self::SelfTest | Self::StartRecording { .. } | Self::StationarySurvey { .. })
     }
 
-    /// Returns true if the command has to wait until the tool is not drilling. To end what commands have set never waits:
-    /// it acts at the next start, and settings by which no rest is recognised must not stay for ever.
+    /// Returns true if the command has to wait until the tool is not drilling. To end what commands have set never
+    /// waits: it acts at the next start, and settings by which no rest is recognised must not stay for ever.
     #[must_use]
     pub const fn needs_a_pause(&self) -> bool {
         if matches!(self, Self::Erase { what: Erasure::Settings }) {

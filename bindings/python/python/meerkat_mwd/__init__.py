@@ -73,8 +73,9 @@ def trace(
     Args:
         t_s: Times, seconds, (N,); or a DataFrame (or mapping) with the columns of a trace file: ``t_s gx gy gz ax ay
             az`` and optionally the others, of which a group is whole: ``mx my mz``, ``temp_c``, ``qw qx qy qz``,
-            ``sample_flags``, ``movement``, ``rest``, ``wx_true wy_true wz_true``. Other columns are noted. A row whose time repeats or goes back is dropped and counted, as
-            in a file: ``Trace.dropped``, ``Trace.notes``; over one row in twenty is an error.
+            ``sample_flags``, ``movement``, ``rest``, ``wx_true wy_true wz_true``. Other columns are noted. A row whose time
+            repeats or goes back is dropped and counted, as in a file: ``Trace.dropped``, ``Trace.notes``; over one
+            row in twenty is an error.
         gyr: Rates, rad/s, (N, 3).
         acc: Specific force, m/s^2, (N, 3).
         mag: Field, microtesla, (N, 3), NaN where it was not read.

@@ -1,11 +1,11 @@
 """Recordings past one machine, on an engine that is there: Dask distributed; see the README for Spark and Ray.
 
-A recording is a task. Its result is the three tables of ``cargo mwd batch``, of this recording alone: small Parquet files,
-named by a hash of the recording's address and by the one that ``batch`` has for all that the result depends on: the
-recording's bytes, the configuration's, the other options and the compiled library. Each appears whole or not at all, the
-one of ``recordings`` last. So a task that an engine runs twice writes the same files twice, a lost worker loses only what
-it was flying, and a run that is started again flies only what is not there. A result takes the place of the same
-recording's former one.
+A recording is a task. Its result is the three tables of ``cargo mwd batch``, of this recording alone: small Parquet
+files, named by a hash of the recording's address and by the one that ``batch`` has for all that the result depends on:
+the recording's bytes, the configuration's, the other options and the compiled library. Each appears whole or not at
+all, the one of ``recordings`` last. So a task that an engine runs twice writes the same files twice, a lost worker
+loses only what it was flying, and a run that is started again flies only what is not there. A result takes the place of
+the same recording's former one.
 """
 
 from __future__ import annotations

@@ -135,7 +135,8 @@ pub(super) fn draw(seed: u64) -> Drawn {
             cases.push(case);
         }
     }
-    // The sizes of a nonlinearity are for a slow tool, and what they add to a reading grows with the square of the speed.
+    // The sizes of a nonlinearity are for a slow tool, and what they add to a reading grows with the square of the
+    // speed.
     let slower = (CASES_RPM / mean_rpm).min(1.0);
     scenario.effects.gyro_scale_nonlinearity_s2_rad2.iter_mut().for_each(|size| *size *= slower * slower);
     let are_vectors_off = random.uniform() < 0.5;
