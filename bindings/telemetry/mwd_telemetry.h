@@ -33,7 +33,7 @@ typedef struct MwdFrame {
 /* Takes one byte; returns 1 if it ended a frame, which `frame` then is. */
 int mwd_decoder_push(MwdDecoder *decoder, uint8_t byte, MwdFrame *frame);
 
-/* What a payload consists of, in the order of its bytes. */
+/* Part of a payload, in the order of its bytes. */
 typedef enum MwdPart {
     MWD_PART_STRUCT,     /* members follow */
     MWD_PART_LIST,       /* `number` values without names follow */

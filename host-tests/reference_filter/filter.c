@@ -18,9 +18,9 @@
  *   - walks of P and b every 10 s, in the place of a fading memory;
  *   - vibration as the mean of its squares;
  *   - P as a turn of what is symmetric, and the heading of a node, in the place of whose change the earth frame turns.
- * What it is not: elements of both sensor matrices are unknowns as they are (the library turns them, to the same
- * prior), derivatives are written out, those of P are differences, process noise enters by eliminating it, not by a
- * change of rank one. It knows no gap, no missing reading and no drill string.
+ * Differences from the library: elements of both sensor matrices are unknowns as they are (the library turns them, to
+ * the same prior), derivatives are written out, those of P are differences, process noise enters by eliminating it, not
+ * by a change of rank one. It knows no gap, no missing reading and no drill string.
  *
  * Node states, 12: attitude error (earth frame), velocity, position, earth field. Globals, 34: magnetometer matrix less
  * its last element (the trace is zero) 8, hard iron 3, magnetometer lag, accelerometer lag, accelerometer matrix 9,
@@ -206,7 +206,7 @@ static void add(const struct increment *it, const float *force_rate) {
             path.rotation_by[i][j] += d;
         }
     for (int k = 0; k < 9; k++) {
-        /* Of a step of 1 %, P's third order is 2e-5 and its rounding 6e-6 of the slope. */
+        /* A step of 1 %: P's third order is 2e-5 and its rounding 6e-6 of the slope. */
         matrix ahead, behind;
         float d[9];
         memcpy(d, x + 25, sizeof d);
@@ -238,7 +238,7 @@ static void add(const struct increment *it, const float *force_rate) {
         middle_of_lag[i] = corrected[i] + mag_lag / 2 * change[i];
         change[i] += mag_lag * bend[i];
     }
-    /* Of what matrix and iron add, which is as late. */
+    /* Lag of what matrix and iron add, which is as late as the field. */
     matrix late;
     for (int l = 0; l < 3; l++) {
         vector one = {0}, by_one, bent;
@@ -469,8 +469,8 @@ static float attitude_variance(void) {
     return sum;
 }
 
-/* Whether the constants of three rows on old states and globals are larger than chance makes them: their covariance is
- * that of the unknowns and `noise` times the identity. */
+/* Returns 1 if the constants of three rows on old states and globals are larger than chance makes them: their
+ * covariance is that of the unknowns and `noise` times the identity. */
 static int contradicted(float (*b)[WIDTH], float noise) {
     float y[3][STATES + GLOBALS], c[3][3];
     for (int k = 0; k < 3; k++)

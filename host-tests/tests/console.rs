@@ -60,7 +60,7 @@ fn a_pipe_is_a_file() {
     let flown = piped(&["replay", "-", "--attitude=-"], &simulated.stdout);
     assert_eq!(flown.stdout, std::fs::read(&attitude).unwrap());
 
-    // Of every other result, too.
+    // Every other result is the same through a pipe, too.
     for option in ["--rates", "--surveys", "--dynamics", "--burst"] {
         let file = at("result.csv");
         assert!(mwd(&["replay", &trace, option, &file]).status.success());

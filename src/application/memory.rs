@@ -61,7 +61,7 @@ impl<F: NorFlash> Memory<F> {
         // A flash that fails is no reason not to fly; the boot's report then names no model, and health counts the
         // failures.
         let memory = place.write(Self::open(flash, config)?);
-        // What is kept is what may fly with the configuration to come.
+        // Models that may fly with the configuration to come are kept.
         memory.apply_commands(&mut { *config });
         let _ = memory.prepare(NotDrilling::PowerUp, &mut feed);
         Ok(memory)

@@ -159,7 +159,7 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         }
         self.filter.course.motion_s = motion_s;
         if self.filter.settings.reference.is_some() {
-            // What was learnt holds it.
+            // The learnt root holds the declared field.
             self.filter.node.referred = REFERRED;
         }
         self.filter.linearise();

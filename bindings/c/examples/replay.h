@@ -1,4 +1,4 @@
-/* What the example needs of its surroundings: a file in, a file out. */
+/* Surroundings of the example: a file in, a file out. */
 #ifndef REPLAY_H
 #define REPLAY_H
 

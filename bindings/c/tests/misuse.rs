@@ -160,7 +160,7 @@ fn a_configuration_of_another_header_is_not_touched() {
     }
 }
 
-/// What is wrong with the place for a result is said before anything is done for it.
+/// A wrong place for a result is refused before anything is done for it.
 #[test]
 fn a_call_without_a_place_for_its_result_does_nothing() {
     let mut memories = [MWD_PROBE_SIZE, MWD_SURVEYOR_SIZE, MWD_MOUNTING_CHECK_SIZE].map(storage);

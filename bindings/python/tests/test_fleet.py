@@ -109,7 +109,7 @@ def test_a_worker_whose_disk_fails_is_no_fault_of_the_recording(tmp_path, monkey
 
 
 def test_a_result_is_known_by_bytes_and_takes_the_place_of_the_former_one(tmp_path, monkeypatch):
-    # What is bad is flown at once, and kept as any other.
+    # A bad recording is flown at once, and kept as any other.
     recording, config, elsewhere = tmp_path / "bad.csv", tmp_path / "config.toml", tmp_path / "same.toml"
     results = str(tmp_path / "results")
     recording.write_text(BAD)

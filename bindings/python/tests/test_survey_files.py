@@ -31,7 +31,7 @@ def reader(module):
 
 
 def alone(script, *arguments):
-    """What a script prints as JSON. Bindings of two versions of one schema cannot be in one process."""
+    """Output of a script, as JSON. Bindings of two versions of one schema cannot be in one process."""
     done = subprocess.run([sys.executable, "-c", script, *map(str, arguments)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

@@ -54,7 +54,7 @@ def simulated(folder: Path, count: int, seconds: float) -> None:
 
 @dataclass
 class Run:
-    """What a run took, seconds, and what it printed."""
+    """Cost of a run, seconds, and what it printed."""
 
     clock: float
     processor: float

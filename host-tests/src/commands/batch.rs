@@ -73,7 +73,7 @@ pub fn run(args: &BatchArgs) -> anyhow::Result<()> {
     check_outputs(args, &inputs)?;
     let paths = inputs.recordings;
     if let Some(config) = args.config.as_deref() {
-        // What is wrong without a trace is wrong with every one.
+        // Settings that are wrong without a trace are wrong with every one.
         let trace = Trace::default();
         of_file(&trace, Some(config))?;
         frozen_from_us(&trace, args.hold_out, Some(config))?;

@@ -116,7 +116,7 @@ fn listen(
             Received::End => break,
         };
         let bytes = buffer.get(..count).unwrap_or_default();
-        // What is captured is recorded, too, even if it is the last.
+        // Bytes that are captured are recorded, too, even if they are the last.
         let captured = match &mut capture {
             Some((path, file)) => file.write_all(bytes).map_err(|error| Failure::output(path, &error)),
             None => Ok(()),

@@ -69,36 +69,36 @@ pub struct ReplayArgs {
     #[arg(long, help_heading = "Files to write", value_name = "OUT.html")]
     pub html: Option<PathBuf>,
     /// Hold out the last fraction F of the trace: freeze the parameters before it and score only there
-    #[arg(long, help_heading = "What flies", value_name = "F", value_parser = hold_out)]
+    #[arg(long, help_heading = "Model and search", value_name = "F", value_parser = hold_out)]
     pub hold_out: Option<f64>,
     /// Configuration that overrides the trace's header
-    #[arg(long, help_heading = "What flies", value_name = "FILE.toml")]
+    #[arg(long, help_heading = "Model and search", value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
     /// Start with this stored model, as written by `record`, instead of the factory's
-    #[arg(long, help_heading = "What flies", value_name = "FILE.toml")]
+    #[arg(long, help_heading = "Model and search", value_name = "FILE.toml")]
     pub model: Option<PathBuf>,
     /// Search method for the parameters
-    #[arg(long, help_heading = "What flies")]
+    #[arg(long, help_heading = "Model and search")]
     pub optimizer: Option<Optimizer>,
     /// Seed of the search
-    #[arg(long, help_heading = "What flies", value_name = "N")]
+    #[arg(long, help_heading = "Model and search", value_name = "N")]
     pub seed: Option<u64>,
     /// Identify the 12 parameters only and look for no further effect
-    #[arg(long, help_heading = "What flies")]
+    #[arg(long, help_heading = "Model and search")]
     pub no_effects: bool,
     /// Explain each window after the summary: the evidence, which sensor is to blame, what moved P, and how
     /// far P is from a known one
-    #[arg(long, help_heading = "What is told and refused")]
+    #[arg(long, help_heading = "Explanation and refusals")]
     pub explain: bool,
     /// Pass the samples through register models of an ISM330DHCX and an RM3100 and their adapters, as
     /// `emulate` does
-    #[arg(long, help_heading = "What flies")]
+    #[arg(long, help_heading = "Model and search")]
     pub through_sensors: bool,
     /// Refuse a trace with a row whose time repeats or goes back, instead of dropping that row
-    #[arg(long, help_heading = "What is told and refused")]
+    #[arg(long, help_heading = "Explanation and refusals")]
     pub strict: bool,
     /// Fly a trace whose units, signs or axes cannot be; nothing is identified from it
-    #[arg(long, help_heading = "What is told and refused")]
+    #[arg(long, help_heading = "Explanation and refusals")]
     pub force: bool,
 }
 

@@ -144,7 +144,7 @@ impl Probe {
             match send_counting(&mut self.line, command, Some(&mut self.key), self.id, wait)? {
                 Ok(Outcome::Accepted) => return Ok(()),
                 Ok(Outcome::Refused(CommandRefusal::WhileDrilling | CommandRefusal::Busy)) if !left.is_zero() => {
-                    // What the probe says meanwhile is read, so that its latest report is not an old one.
+                    // Reports that the probe sends meanwhile are read, so that its latest is not an old one.
                     let _ = listen(&mut self.line, pause.min(left), |_| None::<()>)?;
                     pause = longest.min(2 * pause);
                 }

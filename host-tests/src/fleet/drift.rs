@@ -146,7 +146,7 @@ mod tests {
         Probe { serial: serial.to_owned(), results: months.iter().enumerate().map(result).collect() }
     }
 
-    /// Of three recordings that scatter about their line, one degree of freedom is left, and chance allows more than a
+    /// Three recordings that scatter about their line leave one degree of freedom, and chance allows more than a
     /// hundred deviations.
     #[test]
     fn an_element_that_scatters_hides_none_that_moves() {

@@ -133,8 +133,8 @@ pub fn fit(t_us: &[i64], gyro: &[[f64; 4]], vector: &[[f64; 4]]) -> Option<Rotat
     let fits: Vec<_> = fits.collect();
     let (best, least) = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let given = fits.iter().find(|(fit, _)| fit.axes == Axes::IDENTITY);
-    // What the likeliest order does not explain either, such as a soft iron, may be what makes it likelier; and so may
-    // that a turn is taken in steps.
+    // A residual that the likeliest order does not explain either, such as a soft iron's, may be what makes it
+    // likelier; and so may that a turn is taken in steps.
     let unexplained = (least - noise * sums.rows).max(floor);
     let is_likelier = given.is_none_or(|(_, left)| left - least > LIKELIER * noise + unexplained);
     let fit = if is_likelier { best } else { &given?.0 };
@@ -168,7 +168,7 @@ impl Sums {
             let half = turn.norm() * in_rad_s / 2.0;
             let turn = if (1e-6..1.0).contains(&half) { turn * (half.tan() / half) } else { turn };
             let cross = ((at.vector + before.vector) / 2.0).cross_matrix();
-            // How far the rate's change in a second turns the vector within the step.
+            // Turn of the vector within the step by the rate's change in a second.
             let later = (after.rate - before.rate) / span_s * step_s;
             let mut columns = SMatrix::<f64, 3, ALL>::zeros();
             for (i, j) in (0..9).map(|element| (element / 3, element % 3)) {
@@ -185,7 +185,7 @@ impl Sums {
         Self { normal, right, square, rows }
     }
 
-    /// What a bias alone leaves; no order has to explain what it takes up.
+    /// Residual that a bias alone leaves; no order has to explain what it takes up.
     fn left_by_bias_alone(&self) -> Option<f64> {
         let right = self.right.fixed_rows::<3>(BIAS).into_owned();
         let solved = self.normal.fixed_view::<3, 3>(BIAS, BIAS).into_owned().cholesky()?.solve(&right);
@@ -223,8 +223,8 @@ impl Sums {
         (solved[0] > 0.0).then_some((solved[0], self.square - solved.dot(&right)))
     }
 
-    /// What an order leaves with all its unknowns, each deviation of its matrix with this weight, and what it makes of
-    /// an offset accordingly.
+    /// Residual that an order leaves with all its unknowns. Each deviation of its matrix has this weight, and what it
+    /// makes of an offset accordingly.
     fn left(&self, axes: Axes, weight: f64) -> Option<f64> {
         let own = Self::own(axes);
         let mut normal = own.transpose() * *self.normal * own;

@@ -1,4 +1,4 @@
-//! What a user should know of a flight beside its results: notes on its trace, each with the likely fix.
+//! Notes on a flight's trace that a user should know beside its results, each with the likely fix.
 
 use meerkat_mwd::Config;
 

@@ -227,7 +227,7 @@ pub fn in_a_sentence(words: &EffectWords) -> String {
     format!("{}{rest} ({})", first.to_lowercase(), words.name)
 }
 
-/// What was done about the field while a magnet was on the probe.
+/// Use of the field while a magnet was on the probe, in words.
 #[must_use]
 pub const fn use_of_field(magnet: &HardIronInterval) -> &'static str {
     match magnet.field_use {

@@ -31,11 +31,11 @@ extern size_t qemu_plugin_insn_size(const struct insn *);
 
 enum { KINDS = 32, ENTRIES = 128 };
 
-/* What is counted: instructions, cycles, products of floats, cycles of float arithmetic, cycles of loads and stores. */
+/* Counts: instructions, cycles, products of floats, cycles of float arithmetic, cycles of loads and stores. */
 enum { INSTRUCTIONS, CYCLES, PRODUCTS, ARITHMETIC, MEMORY, COUNTS };
 
-/* What runs without a branch, whether it ends with a call, the kinds of call that begin with it, and those whose period
- * does. */
+/* A run of code without a branch, whether it ends with a call, the kinds of call that begin with it, and those whose
+ * period does. */
 struct run { uint64_t from, to, counts[COUNTS]; int calls; uint32_t begins, ends_period; };
 static struct { uint64_t address; int kind, is_period; } entries[ENTRIES];
 static int n_entries, n_kinds;

@@ -26,7 +26,7 @@ pub enum Failure {
     Port {
         /// The port, file or address.
         place: String,
-        /// What cannot be done with it, such as "opened".
+        /// Action that failed, such as "opened".
         what: &'static str,
         /// Reason that the system gives.
         why: String,

@@ -118,7 +118,7 @@ fn a_field_in_nanotesla_is_refused_and_no_record_written() {
     assert!(matches!(&verdict, Verdict::Kept(why) if why.contains("the earth's is 15 to 80")), "{verdict:?}");
 }
 
-/// What is written into a probe stays for ever: a file that lacks a sensor is refused before any port is opened.
+/// A factory's record stays in a probe for ever: a file that lacks a sensor is refused before any port is opened.
 #[test]
 fn a_file_that_lacks_a_sensor_is_not_provisioned() {
     const SENSORS: [&str; 3] = [
@@ -145,7 +145,7 @@ fn a_file_that_lacks_a_sensor_is_not_provisioned() {
     ] {
         let (status, said) = provisioned(&text);
         assert!(status == Some(2) && said.contains(missing) && said.contains("cargo mwd calibrate"), "{text}: {said}");
-        // What it says to write out is what it takes: what is missing then is the port.
+        // It takes what it says to write out: only the port is missing then.
         let told = said.split_once("write that out:\n").unwrap().1.split_once("\nnext: ").unwrap().0;
         let (status, said) = provisioned(&[&text, told].concat());
         assert!(status == Some(3) && said.contains("none.sock: cannot be opened"), "{said}");

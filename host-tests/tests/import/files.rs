@@ -129,7 +129,7 @@ pub fn si(change: [fn([f64; 3]) -> [f64; 3]; 3]) -> String {
     rows(&original().samples, &written, ',', '.')
 }
 
-/// What was lost of the only file is told as a note of the trace.
+/// Loss in the only file is told as a note of the trace.
 pub fn is_told_as_lost(told: &Import, what: &str) {
     let [lost] = &told.lost[..] else { panic!("{:?}", told.lost) };
     assert!(lost.contains(what) && told.trace.notes.contains(lost), "{lost}: {:?}", told.trace.notes);

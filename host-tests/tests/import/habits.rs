@@ -129,7 +129,7 @@ fn sensors_of_one_table_have_the_gyros_rate_or_time() {
     let told = with_map(&path, "[gyro]\ntime = 'row'\ntime_unit = 's'\n");
     assert_eq!([&told.map.accel, &told.map.mag].map(|part| part.time.as_deref()), [Some("row"); 2]);
     flies_as_the_original(&told);
-    // What the map says of a sensor wins, and so does a time that names it.
+    // The map's rate of a sensor wins, and so does a time that names it.
     let told = with_map(&path, "[gyro]\nrate_hz = 285.7\n[mag]\nrate_hz = 285.8\n");
     assert_eq!((told.map.accel.rate_hz, told.map.mag.rate_hz), (Some(285.7), Some(285.8)));
     let two: String = text

@@ -73,7 +73,7 @@ fn a_slow_sensors_time_has_the_unit_in_which_it_lasts_as_long_as_the_gyros() {
     let vectors = |of: fn(&Sample, usize) -> Option<f64>| [0, 1, 2].map(|axis| move |sample: &Sample| of(sample, axis));
     let (g, a, m) = (vectors(gyro), vectors(accel), vectors(mag));
     let all = &original().samples;
-    // Of every half of a second, and of every second, the first sample.
+    // First sample of every period: of half a second, and of a second.
     let every = |period_us: u64| -> Vec<Sample> {
         let number = |sample: &Sample| (sample.t_us - first) / period_us;
         let is_first = |(index, sample): &(usize, &Sample)| *index == 0 || number(sample) > number(&all[index - 1]);

@@ -254,7 +254,7 @@ fn effects_do_not_fly_with_another_calibration_or_latency() {
         assert_eq!(probe(config, None).restore(&model), refused, "{config:?}");
         assert_eq!(probe(config, None).restore(&bare), Ok(()), "{config:?}");
     }
-    // What says nothing of the vector sensors leaves them.
+    // A setting that says nothing of the vector sensors leaves them.
     let earth = other(&|config| config.earth.dip_rad = Some(1.0));
     assert_eq!(probe(&earth, None).restore(&model), Ok(()));
 

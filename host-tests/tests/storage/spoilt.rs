@@ -126,7 +126,7 @@ fn a_model_that_may_not_fly_is_refused_with_its_reason_when_it_is_written() {
     assert_eq!(reason(&with_first(|found| found.parameters[0] = f32::NAN)), of(0));
     assert_eq!(reason(&with_first(|found| found.sigma[0] = f32::NAN)), of(0));
     assert_eq!(reason(&with_first(|found| found.sigma[0] = -1.0)), of(0));
-    // What an effect has no parameter for.
+    // A number for which the effect has no parameter.
     let count = LIBRARY[usize::from(index)].parameters().len();
     if count < 9 {
         assert_eq!(reason(&with_first(|found| found.parameters[8] = 1.0)), of(8));

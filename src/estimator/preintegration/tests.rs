@@ -120,7 +120,7 @@ fn a_late_accelerometer_reads_gravity_as_it_was() {
     let difference = (velocity(lag + STEP).value - velocity(lag - STEP).value) / (2.0 * STEP);
     let found = velocity(lag);
     assert!((difference - found.by_lag).norm() < 1e-6 * found.by_lag.norm(), "{difference:?} {:?}", found.by_lag);
-    // What is left is of the third order: 0.144^3 / 6 of gravity across the axis.
+    // The rest is of the third order: 0.144^3 / 6 of gravity across the axis.
     let left = (found.value - gravity).norm();
     assert!(left < 0.005, "{left}");
     assert!((velocity(0.0).value - gravity).norm() > 0.3, "else nothing is shown");

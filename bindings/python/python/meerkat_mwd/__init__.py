@@ -141,7 +141,7 @@ def _frame(columns: Mapping[str, Any]) -> pd.DataFrame:
 
 
 class Flight:
-    """What a recording's flight gave."""
+    """Result of a recording's flight."""
 
     def __init__(self, native: _native.Flight) -> None:
         self._native = native

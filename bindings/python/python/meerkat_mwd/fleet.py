@@ -91,7 +91,7 @@ def _one(url: str, results: str, options: dict[str, Any]) -> bool:
     storage, root = fsspec.core.url_to_fs(results)
     with _file(url, content) as file:
         key = _native.key(str(file), _library(), given)
-        # What could not be read has no content to be known by: it is tried again each time.
+        # A recording that could not be read has no content to be known by: it is tried again each time.
         is_kept = unread is None and storage.exists(f"{root}/recordings/{own}.{key}.parquet")
         if not is_kept:
             tables = str(file.with_name(TABLES["recordings"]))
@@ -137,7 +137,7 @@ def run(
     flown = 0
     for future in as_completed(futures):
         flown += future.result()
-        # What is told need not be computed again when the worker that holds it is lost.
+        # A result that was counted need not be computed again when the worker that holds it is lost.
         future.release()
     return {"flown": flown, "kept": len(urls) - flown}
 

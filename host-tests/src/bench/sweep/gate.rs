@@ -35,12 +35,12 @@ const MISTAKES: [Mistake; 9] = [
     },
 ];
 
-/// What the gate says of a trace.
+/// Answer of the gate to a trace.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Said {
     /// Nothing that cannot be.
     LetIn,
-    /// What is wrong, by its name.
+    /// The mistake, by its name.
     Named,
     /// Something else.
     Otherwise,
@@ -84,7 +84,7 @@ pub(super) fn table(effort: Effort) -> anyhow::Result<Table> {
     let names = ["none"].into_iter().chain(MISTAKES.iter().map(|mistake| mistake.name));
     for (index, name) in names.enumerate() {
         let count = |of: Said| Cell::number(all.iter().filter(|said| said[index] == of).count() as f64, 0);
-        // Of a right trace there is no other name.
+        // A right trace has no name of a mistake: each is another.
         let otherwise = seeds.clone().zip(&all).filter(|(_, said)| index == 0 && said[index] == Said::Otherwise);
         let otherwise: Vec<String> = otherwise.map(|(seed, _)| seed.to_string()).collect();
         table.row([

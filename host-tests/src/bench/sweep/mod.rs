@@ -98,7 +98,7 @@ fn trial(seed: u64) -> anyhow::Result<Trial> {
 /// A property with the word for it.
 type Named<T> = (&'static str, fn(&T) -> bool);
 
-/// What may go wrong with a flight.
+/// Faults that a flight may have, by name.
 const WRONG: [Named<Flown>; 5] = [
     ("named falsely", |flown| !flown.false_names.is_empty()),
     ("worse than bias only", Flown::is_harmed),
