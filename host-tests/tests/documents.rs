@@ -1,4 +1,4 @@
-//! README and guides: short where they have to be, and no link or path in them leads nowhere.
+//! README, guides and comments: short where they have to be, and no link or path in them leads nowhere.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
@@ -151,4 +151,66 @@ fn every_setting_of_a_scenario_is_on_its_page_with_its_default() {
     }
     let scenario: Scenario = toml::from_str(&file).unwrap_or_else(|error| panic!("{error}\n{file}"));
     assert_eq!(scenario, Scenario { temperature: Some(Temperature::default()), ..Scenario::default() });
+}
+
+/// Rust files under a folder, without built ones.
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap()) {
+        let path = entry.path();
+        if entry.file_type().unwrap().is_dir() {
+            if path.file_name().is_some_and(|name| name != "target") {
+                rust_files(&path, found);
+            }
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Lines of a Rust file whose comment is wider than 120 columns, or begins with a word that does not name a thing.
+fn unclear_comments(text: &str) -> Vec<usize> {
+    const WIDEST: usize = 120;
+    const UNNAMED: [&str; 4] = ["What", "Whether", "How", "Of"];
+    let (mut found, mut before) = (Vec::new(), "");
+    for (index, line) in text.lines().enumerate() {
+        let comment = line.trim_start();
+        // Documentation of a module or an item, or a comment; a paragraph begins after anything else, or a line of none.
+        let kind = ["//!", "///", "//"].into_iter().find(|kind| comment.starts_with(kind)).unwrap_or("");
+        let words = comment[kind.len()..].trim();
+        let first = words.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
+        let begins = kind != before && UNNAMED.contains(&first);
+        if !kind.is_empty() && (begins || line.chars().count() > WIDEST) {
+            found.push(index + 1);
+        }
+        before = if words.is_empty() { "" } else { kind };
+    }
+    found
+}
+
+#[test]
+fn a_comment_is_at_most_120_columns_wide_and_begins_with_the_thing_that_it_explains() {
+    let seeded =
+        format!("/// Whether it is.\nfn a() {{}}\n//! A thing.\n//! {}\n//\n// Of it.\nlet b = 1;", "x".repeat(117));
+    assert_eq!(unclear_comments(&seeded), [1, 4, 6]);
+    assert!(
+        unclear_comments("// The gyro's bias.\n// What a gyro adds.\nlet What = 0;\n// Offset\n/// Often").is_empty()
+    );
+
+    let mut files = Vec::new();
+    for folder in ["src", "host-tests", "bindings"] {
+        rust_files(&root().join(folder), &mut files);
+    }
+    // The attitude filter is not held to it yet.
+    files.retain(|file| !file.starts_with(root().join("src/attitude")));
+    assert!(files.len() > 500, "{}", files.len());
+    let mut unclear = Vec::new();
+    for file in files {
+        let lines = unclear_comments(&fs::read_to_string(&file).unwrap());
+        unclear.extend(lines.into_iter().map(|line| format!("{}:{line}", file.display())));
+    }
+    assert!(
+        unclear.is_empty(),
+        "wider than 120 columns, or begins with What, Whether, How or Of:\n{}",
+        unclear.join("\n")
+    );
 }
