@@ -135,7 +135,7 @@ impl<T: Real> Averaging<T> {
     /// as they are taken out. If the uncertainty of an effect drew P to the factory's, P and the effect would not fit
     /// the data together. P and b follow an effect as far as the other sensors' errors do not: `by` is narrowed to the
     /// likeliest widths as the mean is, which is linear. `scratch` is that of the average.
-    pub fn spread(&mut self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
+    pub fn inflate(&mut self, by: &[T; GLOBALS], scratch: &mut [[T; WIDTH]]) {
         let Some(Levels { base, mut work, .. }) = Levels::cut(scratch.as_flattened_mut()) else { return };
         work.take(base.mean, base.covariance);
         for (i, x) in work.mean.iter_mut().enumerate() {
@@ -144,7 +144,7 @@ impl<T: Real> Averaging<T> {
         for place in 0..GROUPS {
             self.take_out(place, &self.best.1, &mut work);
         }
-        self.sum.spread(work.mean);
+        self.sum.inflate(work.mean);
     }
 
     /// Group that is marginalised at a place in the order, and its width in a set.

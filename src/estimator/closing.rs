@@ -1,5 +1,5 @@
 //! Closing of an update or a window: the globals become a posterior, piece by piece. The covariance is gathered,
-//! averaged over the widths of the priors, and widened by the effects that are taken out; where a search follows, its
+//! averaged over the widths of the priors, and inflated by the effects that are taken out; where a search follows, its
 //! cost is bounded.
 
 use super::{Posterior, Refusal, averaging::Averaging, filter::Filter, real::Real, window_cost::Centre};
@@ -10,7 +10,7 @@ use heapless::Vec;
 const START_UNITS: u32 = 320;
 const GATHERING_UNITS: u32 = 70;
 // A vector of 300, and its narrowing: both levels of a set of widths less what is averaged at them.
-const SPREADING_UNITS: u32 = 500;
+const INFLATING_UNITS: u32 = 500;
 const CENTRE_UNITS: u32 = 420;
 const BOUND_UNITS: u32 = 160;
 const CONCLUDING_UNITS: u32 = 260;
@@ -29,7 +29,7 @@ enum Task {
     /// Averages the posterior.
     Averaging,
     /// Adds the uncertainty of the effects that are taken out to the covariance, one after the other.
-    Spreading(usize),
+    Inflating(usize),
     /// Gathers the bound of the search's cost, from this node on.
     Bounding(usize),
 }
@@ -139,17 +139,17 @@ impl<T: Real> Closing<T> {
                 if self.mix(filter) {
                     return units;
                 }
-                self.task = Task::Spreading(0);
+                self.task = Task::Inflating(0);
                 self.put_centre(filter);
                 CENTRE_UNITS
             }
-            Task::Spreading(of) => {
-                if self.spread(filter, of) {
-                    return SPREADING_UNITS;
+            Task::Inflating(of) => {
+                if self.inflate(filter, of) {
+                    return INFLATING_UNITS;
                 }
                 if self.is_searched {
                     self.task = Task::Bounding(0);
-                    return SPREADING_UNITS;
+                    return INFLATING_UNITS;
                 }
                 self.conclude(filter);
                 CONCLUDING_UNITS
@@ -195,19 +195,19 @@ impl<T: Real> Closing<T> {
         }
     }
 
-    /// Widens the gyro's covariance by the uncertainty of the effects that are taken out, one vector a call; `false`
+    /// Inflates the gyro's covariance by the uncertainty of the effects that are taken out, one vector a call; `false`
     /// after the last.
     #[inline(never)]
-    fn spread<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, of: usize) -> bool {
+    fn inflate<const NODES: usize, const E: usize>(&mut self, filter: &mut Filter<T, NODES, E>, of: usize) -> bool {
         let account = &filter.evidence.account;
         if of >= account.taken.len() {
             return false;
         }
         let taken = (account.taken.as_slice(), account.covariance.as_slice());
         let as_flown = (&filter.parameters.inverse(), &filter.prior.sigma);
-        let spread = filter.candidates.spread(of, taken, &filter.globals, as_flown);
-        self.averaging.spread(&spread, &mut filter.update.rows);
-        self.task = Task::Spreading(of + 1);
+        let by = filter.candidates.inflation(of, taken, &filter.globals, as_flown);
+        self.averaging.inflate(&by, &mut filter.update.rows);
+        self.task = Task::Inflating(of + 1);
         true
     }
 

@@ -37,7 +37,7 @@ const WEIGHED_EVERY_US: u64 = 5_000_000;
 /// Work units of the pieces: the largest cost of each kind that a flight has shown, in cycles, over
 /// [`UNIT_CYCLES`](super::UNIT_CYCLES).
 const COLUMN_UNITS: u32 = 56;
-const WIDENING_UNITS: u32 = 105;
+const NOISE_UNITS: u32 = 105;
 const WALKING_UNITS: u32 = 70;
 
 /// Piece of a node's work in progress.
@@ -54,8 +54,8 @@ pub(super) enum Task {
     /// Weighs the effects.
     Weighing,
     /// Widens each global that walks, from this column on.
-    Widening(usize),
-    /// Makes the widened root triangular, from this column on.
+    AddingNoise(usize),
+    /// Makes the root with the noise triangular, from this column on.
     Walking(usize),
 }
 
@@ -283,9 +283,9 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
                 self.weigh();
                 units
             }
-            Task::Widening(from) => {
+            Task::AddingNoise(from) => {
                 self.add_process_noise(from);
-                WIDENING_UNITS
+                NOISE_UNITS
             }
             Task::Walking(column) => {
                 self.walk(column);
@@ -330,20 +330,20 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         self.task = Task::Idle;
         // Both move the means, which must not happen in the middle of a node.
         if self.course.unwalked_s >= T::of(walk::EVERY_S) {
-            self.task = Task::Widening(0);
+            self.task = Task::AddingNoise(0);
         } else if end_us >= self.course.weighed_us.unwrap_or(end_us).saturating_add(WEIGHED_EVERY_US) {
             self.course.weighed_us = Some(end_us);
             let of = (&self.settings, self.course.field_unit);
-            let told = reading::told_by_reference(&self.node, of, (&self.globals.x, &self.prior.sigma));
-            let mut unturned = Unturned { axes: self.unturned(), told };
+            let reference = reading::reference_rows(&self.node, of, (&self.globals.x, &self.prior.sigma));
+            let mut unturned = Unturned { axes: self.unturned(), reference };
             let (is_read, is_linear) = (self.node.referred > 0, self.node.curved == 0);
             if is_read && is_linear && !unturned.explains_the_field(&self.globals.x) {
                 // An attitude is wrong, and what follows from it would be.
                 return;
             }
-            if unturned.told.is_none() && is_read {
-                // While the attitude is found again, what the field told before holds.
-                unturned.told = self.evidence.told();
+            if unturned.reference.is_none() && is_read {
+                // While the attitude is found again, the rows of the declared field from before hold.
+                unturned.reference = self.evidence.reference();
             }
             let is_unexplained = self.was_unexplained || self.remainder.is_contradicted();
             let misfit = Misfit { dispersion: self.remainder.dispersion(), is_unexplained };
@@ -383,7 +383,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
             let variance = walk::variance_per_s(column, sigma.narrow(), &self.settings.noise);
             if variance > 0.0 {
                 self.candidates.add_process_noise(&mut self.globals, column, T::of(variance) * self.course.unwalked_s);
-                self.task = Task::Widening(column + 1);
+                self.task = Task::AddingNoise(column + 1);
                 return;
             }
         }

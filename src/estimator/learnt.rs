@@ -110,8 +110,9 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
     /// Returns the filter's state; `None` while an update changes it.
     #[must_use]
     pub fn learnt(&self, fingerprint: u32) -> Option<Learnt<'_>> {
-        // Before its first column nothing has been widened.
-        let is_whole = matches!(self.filter.task, Task::Idle | Task::Eliminating | Task::Weighing | Task::Widening(0));
+        // Before its first column no noise has been added.
+        let is_whole =
+            matches!(self.filter.task, Task::Idle | Task::Eliminating | Task::Weighing | Task::AddingNoise(0));
         let head = LearntHead { fingerprint, update: self.filter.updates, motion_s: self.filter.course.motion_s };
         is_whole.then_some(Learnt { head, globals: &self.filter.globals })
     }

@@ -204,7 +204,7 @@ impl<T: Real, const NODES: usize, const E: usize> Estimator<T, NODES, E> {
                 self.closing.ask(is_searched, number);
                 // Before the attitude is aligned anew, the globals have not walked through a gap yet.
                 if self.filter.course.unwalked_s >= T::of(walk::EVERY_S) {
-                    self.filter.task = filter::Task::Widening(0);
+                    self.filter.task = filter::Task::AddingNoise(0);
                 }
                 INCREMENT_UNITS
             }

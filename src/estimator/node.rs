@@ -211,9 +211,9 @@ impl<T: Real> Node<T> {
         let walk = T::of(noise.field_walk_rts * noise.field_walk_rts) * gap_s;
         let rows = self.root.iter().skip(FIELD);
         let known = rows.flat_map(|row| row.iter().skip(FIELD).take(3)).fold(T::ZERO, |sum, x| sum + *x * *x);
-        let spread = T::ONE / (T::ONE + walk * known).root();
-        self.root.iter_mut().skip(FIELD).flatten().for_each(|x| *x *= spread);
-        Some(spread)
+        let kept = T::ONE / (T::ONE + walk * known).root();
+        self.root.iter_mut().skip(FIELD).flatten().for_each(|x| *x *= kept);
+        Some(kept)
     }
 }
 

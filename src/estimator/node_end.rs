@@ -154,6 +154,6 @@ fn align<T: Real, const NODES: usize, const E: usize>(filter: &mut Filter<T, NOD
     filter.course.gap_s = T::ZERO;
     if filter.course.unwalked_s >= T::of(walk::EVERY_S) {
         // The globals walk before a node after the gap is judged.
-        filter.task = Task::Widening(0);
+        filter.task = Task::AddingNoise(0);
     }
 }

@@ -8,7 +8,7 @@ use super::{
     parameters::Parameters,
     preintegration::Preintegration,
     real::{M3, Real, V3, norm, square},
-    rows::{self, Block, CONSTANT, FieldReading, PathNoise, Told, WIDTH},
+    rows::{self, Block, CONSTANT, FieldReading, PathNoise, ReferenceRows, WIDTH},
     settings::{Noise, Settings},
 };
 
@@ -113,16 +113,16 @@ fn declared<T: Real>(settings: &Settings, field_unit: T) -> Option<rows::Declare
     })
 }
 
-/// Reads what the declared field, as far as it has been read, tells of the magnetometer's errors `x`, of these widths;
-/// `None` if none of it has been read, or the field that is estimated is not to be relied on.
-pub(super) fn told_by_reference<T: Real>(
+/// Rows of the declared field, as far as it has been read, for the magnetometer's errors `x`, of these widths; `None`
+/// if none of it has been read, or the field that is estimated is not to be relied on.
+pub(super) fn reference_rows<T: Real>(
     node: &Node<T>,
     (settings, field_unit): (&Settings, T),
     (x, widths): (&[T; GLOBALS], &[T; GLOBALS]),
-) -> Option<Told<T>> {
+) -> Option<ReferenceRows<T>> {
     let declared = declared(settings, field_unit).filter(|_| node.referred > 0 && is_at_declared(node, settings))?;
     let weight = (T::of(f32::from(node.referred)) / T::of(f32::from(REFERRED))).root();
-    Some(rows::told(&node.field, &node.attitude, &declared, (weight, x, widths)))
+    Some(rows::reference_rows(&node.field, &node.attitude, &declared, (weight, x, widths)))
 }
 
 /// Returns true if a linear model of the attitude's errors holds, and the dip may be the declared one.

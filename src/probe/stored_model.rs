@@ -55,7 +55,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.identifier.learnt(&self.config)
     }
 
-    /// Continues from what the estimator had learnt of accelerometer and magnetometer when a model was stored, widened
+    /// Continues from what the estimator had learnt of accelerometer and magnetometer when a model was stored, inflated
     /// by the drift of the time without power; the motion learnt from until then counts, too. Call it after
     /// [`Probe::restore`] of that model. `read` hands out all [`NUMBERS`](crate::estimator::NUMBERS) numbers and
     /// returns true if it could.

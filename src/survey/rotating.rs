@@ -222,7 +222,7 @@ impl RotatingSurvey {
                 + axial
                 + self.field.covariance(),
         };
-        self.corrections.widen_turned(&mut covariance);
+        self.corrections.inflate_turned(&mut covariance);
         let averages = SixAxisAverages {
             samples: self.samples,
             raw_accel_m_s2: [0.0; 3],

@@ -28,7 +28,7 @@ impl CorrectionVariances {
         larger(&mut self.field, &input.field_correction_sigma_ut);
     }
 
-    /// Widens the covariances of means on tool axes.
+    /// Inflates the covariances of means on tool axes.
     pub(crate) fn inflate(&self, means: &mut SixAxisCovariance) {
         for (covariance, variances) in [(&mut means.gravity, &self.force), (&mut means.field, &self.field)] {
             covariance.m11 += variances.x;
@@ -37,8 +37,8 @@ impl CorrectionVariances {
         }
     }
 
-    /// Widens those of means over whole turns about z: across the axis a constant cancels.
-    pub(crate) fn widen_turned(&self, means: &mut SixAxisCovariance) {
+    /// Inflates those of means over whole turns about z: across the axis a constant cancels.
+    pub(crate) fn inflate_turned(&self, means: &mut SixAxisCovariance) {
         means.gravity.m33 += self.force.z;
         means.field.m33 += self.field.z;
     }

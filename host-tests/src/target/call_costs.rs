@@ -65,7 +65,7 @@ const ABSORB_OWN: Name = &["9estimator6filter", "10absorb_own17h"];
 const AVERAGE: [Name; 4] = [
     &["9estimator7closing", "5start17h"],
     &["9estimator7closing", "6gather17h"],
-    &["9estimator7closing", "6spread17h"],
+    &["9estimator7closing", "7inflate17h"],
     &["9estimator7closing", "3mix17h"],
 ];
 

@@ -22,18 +22,18 @@ pub fn average<T: Real>(of: &mut Averaged<T>) {
     let Some(information) = covariance.try_inverse() else { return };
     // Information of the data alone: the prior is taken out again.
     let of_data = information - M3::identity() * (T::ONE - T::of(LEAST_INFORMATION));
-    let Some(spread) = of_data.try_inverse().filter(|spread| (0..3).all(|i| spread[(i, i)] > T::ZERO)) else { return };
-    let asked = spread * information * mean;
+    let Some(alone) = of_data.try_inverse().filter(|alone| (0..3).all(|i| alone[(i, i)] > T::ZERO)) else { return };
+    let asked = alone * information * mean;
     let mut sum = Sum { log: T::ZERO, weight: T::ZERO, mean: zero3(), square: zero33() };
     for scale in SCALES.map(T::of) {
         let squared = scale * scale;
-        let total = spread + M3::identity() * squared;
+        let total = alone + M3::identity() * squared;
         let (determinant, Some(inverse)) = (total.determinant(), total.try_inverse()) else { return };
         if determinant <= T::ZERO {
             return;
         }
         let log = -T::of(0.5) * (determinant.logarithm() + asked.dot(&(inverse * asked)));
-        sum.add(log, &(inverse * asked * squared), &(inverse * spread * squared));
+        sum.add(log, &(inverse * asked * squared), &(inverse * alone * squared));
     }
     let share = T::ONE / sum.weight;
     let moved = sum.mean * share - mean;

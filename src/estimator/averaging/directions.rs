@@ -68,15 +68,15 @@ impl<T: Real> Directions<T> {
 
     /// Log evidence of an inflation of the covariance and a (squared) scale of the prior, but for a constant.
     fn likelihood(&self, inflation: T, squared_scale: T) -> T {
-        let mut spreads = [T::ONE; NINE + 1];
+        let mut variances = [T::ONE; NINE + 1];
         let mut sum = T::ZERO;
         for k in 0..NINE {
-            let spread = inflation + self.lambda[k] * squared_scale;
-            sum += self.most[k] * (T::ONE - T::ONE / spread);
-            spreads[k] = spread;
+            let variance = inflation + self.lambda[k] * squared_scale;
+            sum += self.most[k] * (T::ONE - T::ONE / variance);
+            variances[k] = variance;
         }
         // Logarithms of products of two: f32 might not hold a product of more.
-        let (pairs, _) = spreads.as_chunks::<2>();
+        let (pairs, _) = variances.as_chunks::<2>();
         pairs.iter().fold(sum, |sum, [a, b]| sum - T::of(0.5) * (*a * *b).logarithm())
     }
 

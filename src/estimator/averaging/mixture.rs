@@ -93,8 +93,8 @@ impl<T: Real> Sum<T> {
         }
     }
 
-    /// Widens the average by the outer product of a vector, of which the first elements are those of P and b.
-    pub fn spread(&mut self, by: &[T]) {
+    /// Inflates the covariance by the outer product of a vector, of which the first elements are those of P and b.
+    pub fn inflate(&mut self, by: &[T]) {
         for (i, x) in by.iter().enumerate().take(GYRO) {
             self.of.unscaled_variance[i] += *x * *x;
             for (j, y) in by.iter().enumerate().take(i + 1) {
@@ -141,11 +141,11 @@ impl<T: Real> Sum<T> {
             });
         }
         // Covariance of the directions about their mean.
-        let mut spread = [[T::ZERO; NINE]; NINE];
+        let mut of_directions = [[T::ZERO; NINE]; NINE];
         for k in 0..NINE {
             for l in 0..=k {
-                spread[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
-                spread[l][k] = spread[k][l];
+                of_directions[k][l] = mixed.square[k][l] * share - mixed.mean[k] * mixed.mean[l] * share * share;
+                of_directions[l][k] = of_directions[k][l];
             }
         }
         let weight = self.weight(log);
@@ -159,7 +159,7 @@ impl<T: Real> Sum<T> {
         for i in 0..GYRO {
             let mut row = [T::ZERO; NINE];
             for (l, slot) in row.iter_mut().enumerate() {
-                *slot = (0..NINE).fold(T::ZERO, |sum, k| sum + by[i][k] * spread[k][l]);
+                *slot = (0..NINE).fold(T::ZERO, |sum, k| sum + by[i][k] * of_directions[k][l]);
             }
             for j in 0..=i {
                 let mut x = (0..NINE).fold(mean[i] * mean[j], |sum, l| sum + row[l] * by[j][l]);

@@ -30,7 +30,7 @@ fn what_is_not_known_of_an_effect_moves_no_mean_whether_or_not_a_rest_has_measur
         let before = *averaging.result();
         let mut by = [0.0; GLOBALS];
         by[BIAS.from] = 0.2;
-        averaging.spread(&by, &mut Box::new(Update::<f64>::zero()).rows);
+        averaging.inflate(&by, &mut Box::new(Update::<f64>::zero()).rows);
         let after = averaging.result();
         assert_eq!(after.mean, before.mean);
         let grown = after.covariance[triangle(NINE) + NINE] - before.covariance[triangle(NINE) + NINE];
@@ -78,7 +78,7 @@ fn what_is_not_known_of_an_effect_spreads_at_the_chosen_widths() {
     while averaging.step(&mut update.rows) {}
     averaging.finish(true);
     let before = *averaging.result();
-    averaging.spread(&wide.into(), &mut update.rows);
+    averaging.inflate(&wide.into(), &mut update.rows);
     let after = averaging.result();
     let at = |k: usize| if k < NINE { P.from + k } else { BIAS.from + k - NINE };
     let mut moved = 0.0_f64;

@@ -66,7 +66,7 @@ impl<T: Real> Account<T> {
 
     /// Adds the claim of a chosen candidate.
     #[inline(never)]
-    pub(super) fn tell<const E: usize>(
+    pub(super) fn claim<const E: usize>(
         &mut self,
         matrix: &Matrix<T>,
         Chosen { candidate, rivals }: Chosen,

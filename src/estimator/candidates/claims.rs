@@ -302,7 +302,7 @@ impl<T: Real, const E: usize> Candidates<T, E> {
     /// so has its uncertainty: `inverse` is that of P, by which a step is turned back, and `sigma` the globals' widths.
     // Not inlined: its Cholesky factor would enlarge the stack frame of all other work.
     #[inline(never)]
-    pub fn spread(
+    pub fn inflation(
         &self,
         of: usize,
         (taken, covariance): (&[ColumnId], &[T]),

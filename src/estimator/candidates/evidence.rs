@@ -1,5 +1,5 @@
 //! Weighing of all effects, piece by piece: each candidate's Bayes factor comes from the root, without a pass over any
-//! data. `choice.rs` chooses, `account.rs` tells what was chosen.
+//! data. `choice.rs` chooses, `account.rs` holds the claims of the chosen.
 //!
 //! The root is brought into the order (gyro, nuisances, effects), and the gyro's rows are left out: the others say all
 //! that the data tell of nuisances and effects whatever the gyro's parameters are, with their priors. An effect that is
@@ -23,7 +23,7 @@ use crate::estimator::{
     columns::NUISANCES,
     globals::Globals,
     real::Real,
-    rows::{SCRATCH, Told, WIDTH},
+    rows::{ReferenceRows, SCRATCH, WIDTH},
 };
 
 /// Columns that are loaded in one piece of work.
@@ -32,7 +32,7 @@ const LOADED: usize = 24;
 const LOADING_UNITS: u32 = 450;
 const CHOOSING_UNITS: u32 = 300;
 const ENTERING_UNITS: u32 = 300;
-const TELLING_UNITS: u32 = 280;
+const CLAIMING_UNITS: u32 = 280;
 const WATCHING_UNITS: u32 = 230;
 const JOINING_UNITS: u32 = 300;
 
@@ -47,7 +47,7 @@ enum Stage {
     /// Eliminates the columns of the chosen candidate.
     Entering,
     /// Reports the chosen candidates, one after the other.
-    Telling(usize),
+    Claiming(usize),
     /// Scores the steadiness of the estimates, candidate by candidate.
     Watching(usize),
     /// Computes the covariance of what is taken out, row by row.
@@ -83,9 +83,9 @@ impl<T: Real> Evidence<T> {
         *self = Self::zero();
     }
 
-    /// Statement of the declared field in the weighing before.
-    pub const fn told(&self) -> Option<Told<T>> {
-        self.hidden.told()
+    /// Rows of the declared field in the weighing before.
+    pub const fn reference(&self) -> Option<ReferenceRows<T>> {
+        self.hidden.reference()
     }
 
     /// Begins a weighing, see [`Choice::start`].
@@ -97,9 +97,9 @@ impl<T: Real> Evidence<T> {
         candidates: &Candidates<T, E>,
     ) {
         self.stage = Stage::Loading(0);
-        let (claims, is_told) = (&self.account.claims, unturned.told.is_some());
+        let (claims, is_referred) = (&self.account.claims, unturned.reference.is_some());
         let is_known = |candidate: CandidateId| {
-            !is_told && candidates.restored(candidate).is_some()
+            !is_referred && candidates.restored(candidate).is_some()
                 || claims.iter().any(|known| usize::from(known.effect) == candidate.number())
         };
         let is_claimed = |column: ColumnId| {
@@ -115,7 +115,7 @@ impl<T: Real> Evidence<T> {
             Stage::Loading(_) => LOADING_UNITS,
             Stage::Choosing(_) => CHOOSING_UNITS,
             Stage::Hiding | Stage::Entering => ENTERING_UNITS,
-            Stage::Telling(_) => TELLING_UNITS,
+            Stage::Claiming(_) => CLAIMING_UNITS,
             Stage::Watching(_) => WATCHING_UNITS,
             Stage::Joining(_) => JOINING_UNITS,
             Stage::Idle => 1,
@@ -156,7 +156,7 @@ impl<T: Real> Evidence<T> {
                 Next::Nothing => {
                     self.residual[1] = matrix.dot(size, size, choice.entered.count());
                     account.clear();
-                    Stage::Telling(0)
+                    Stage::Claiming(0)
                 }
             },
             Stage::Entering => {
@@ -166,10 +166,10 @@ impl<T: Real> Evidence<T> {
                     Stage::Choosing(0)
                 }
             }
-            Stage::Telling(index) => {
+            Stage::Claiming(index) => {
                 if let Some(chosen) = choice.chosen(index) {
-                    account.tell(&matrix, chosen, choice, candidates, &self.steadiness, units);
-                    Stage::Telling(index + 1)
+                    account.claim(&matrix, chosen, choice, candidates, &self.steadiness, units);
+                    Stage::Claiming(index + 1)
                 } else if let Some(candidate) = account.below(choice.rules.least) {
                     choice.begin_without(candidate);
                     Stage::Loading(0)

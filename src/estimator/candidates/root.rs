@@ -149,7 +149,7 @@ impl<T: Real, const EFFECTS: usize> Root<T, EFFECTS> {
     /// Adds process noise of this variance (in squared units of the prior's width) to one global, see
     /// [`Globals::add_process_noise`], and to the effects' columns of the globals.
     pub fn add_process_noise(&mut self, used: usize, globals: &mut Globals<T>, global: usize, variance: T) {
-        let Some((u, beta)) = globals.widening(global, variance) else { return };
+        let Some((u, beta)) = globals.process_noise(global, variance) else { return };
         let mut dots = [T::ZERO; EFFECTS];
         for (u, row) in u.iter().zip(&self.globals) {
             add_times(&mut dots, *u, row.get(..used).unwrap_or_default());

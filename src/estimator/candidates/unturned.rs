@@ -16,7 +16,7 @@ use crate::{
     estimator::{
         columns::{ALONG, GLOBALS, HARD_IRON, MAG_MATRIX, MAG_SHAPE, MAG_TURN},
         real::Real,
-        rows::{ANOTHER_FIELD, Told},
+        rows::{ANOTHER_FIELD, ReferenceRows},
     },
 };
 use heapless::Vec;
@@ -30,29 +30,29 @@ const LEAST_SQUARE: f32 = 1e-6;
 /// Columns that are eliminated in one piece of work.
 const ELIMINATED: usize = 3;
 
-/// Axes that have not turned, and what a declared field tells.
+/// Axes that have not turned, and the rows of a declared field.
 pub(in crate::estimator) struct Unturned<T> {
     pub axes: [bool; 3],
     /// `None` without a declared field.
-    pub told: Option<Told<T>>,
+    pub reference: Option<ReferenceRows<T>>,
 }
 
 impl<T: Real> Unturned<T> {
     /// No axis.
-    pub const NONE: Self = Self { axes: [false; 3], told: None };
+    pub const NONE: Self = Self { axes: [false; 3], reference: None };
 
     /// Returns true if errors of the magnetometer that the readings cannot show, of the priors' size, leave the field
     /// that is read within [`ANOTHER_FIELD`] deviations of the declared one; the others are as estimated.
     pub fn explains_the_field(&self, x: &[T; GLOBALS]) -> bool {
-        let Some(told) = &self.told else { return false };
+        let Some(rows) = &self.reference else { return false };
         let [mut aa, mut ab, mut bb] = [T::ONE, T::ZERO, T::ONE];
         for column in self.columns() {
-            let [a, b] = told.by.each_ref().map(|by| at(by, column.index()));
+            let [a, b] = rows.by.each_ref().map(|by| at(by, column.index()));
             (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
         }
         let hidden = |column: ColumnId| self.columns().any(|hidden| hidden == column);
-        let mut misfit = told.constants;
-        for (misfit, by) in misfit.iter_mut().zip(&told.by) {
+        let mut misfit = rows.constants;
+        for (misfit, by) in misfit.iter_mut().zip(&rows.by) {
             for column in OF_MAGNETOMETER.iter().filter(|column| !hidden(*column)) {
                 *misfit += at(by, column.index()) * at(x, column.index());
             }
@@ -86,8 +86,8 @@ impl<T: Real> Hidden<T> {
         Self { unturned: Unturned::NONE, columns: Vec::new(), eliminated: 0 }
     }
 
-    pub const fn told(&self) -> Option<Told<T>> {
-        self.unturned.told
+    pub const fn reference(&self) -> Option<ReferenceRows<T>> {
+        self.unturned.reference
     }
 
     /// Chooses the columns. One that was claimed when its axis had turned keeps what was learnt then.
@@ -110,13 +110,13 @@ impl<T: Real> Hidden<T> {
         self.eliminated = 0;
     }
 
-    /// Eliminates some of the columns from the matrix; once all are, their rows hold what the declared field tells in
-    /// place of what the readings seem to say, and the columns are as any others. `noise`: variance of the data over
+    /// Eliminates some of the columns from the matrix; once all are, their rows are those of the declared field in
+    /// place of those of the readings, and the columns are as any others. `noise`: variance of the data over
     /// their stated variance, by which evidence is divided; that of the declared field does not follow from it. Returns
     /// true if something is left to do.
     pub fn hide(&mut self, matrix: &mut Matrix<T>, x: &[T; GLOBALS], noise: f32) -> bool {
         if self.eliminated == self.columns.len() {
-            self.tell(matrix, x, T::of(noise));
+            self.refer(matrix, x, T::of(noise));
             return false;
         }
         for _ in 0..ELIMINATED {
@@ -143,16 +143,17 @@ impl<T: Real> Hidden<T> {
         if mean > T::of(LEAST_SQUARE) { mean } else { T::of(LEAST_SQUARE) }
     }
 
-    /// Replaces the rows of the columns, which are the first.
+    /// Replaces the rows of the columns, which are the first, by those of the declared field.
     #[inline(never)]
-    fn tell(&self, matrix: &mut Matrix<T>, x: &[T; GLOBALS], noise: T) {
+    fn refer(&self, matrix: &mut Matrix<T>, x: &[T; GLOBALS], noise: T) {
+        let reference = self.unturned.reference.as_ref();
         let by = |row: usize, column: ColumnId| {
-            self.unturned.told.as_ref().and_then(|told| told.by.get(row)).map_or(T::ZERO, |by| at(by, column.index()))
+            reference.and_then(|rows| rows.by.get(row)).map_or(T::ZERO, |by| at(by, column.index()))
         };
         // At hidden columns of zero; the others are as they are estimated.
         let others = || OF_MAGNETOMETER.iter().filter(|column| !self.columns.contains(column));
         let constant = |row: usize| {
-            let at_zero = self.unturned.told.as_ref().map_or(T::ZERO, |told| at(&told.constants, row));
+            let at_zero = reference.map_or(T::ZERO, |rows| at(&rows.constants, row));
             others().fold(at_zero, |sum, column| sum + by(row, column) * at(x, column.index()))
         };
         let product = |a: &dyn Fn(usize) -> T, b: &dyn Fn(usize) -> T| (a(0) * b(0) + a(1) * b(1)) * noise;

@@ -1,4 +1,4 @@
-//! Widening of one global, against the covariance of all in double precision.
+//! Process noise of one global, against the covariance of all in double precision.
 
 use super::*;
 use nalgebra::SMatrix;
@@ -11,7 +11,7 @@ fn covariance(globals: &Globals<f64>) -> SMatrix<f64, GLOBALS, GLOBALS> {
 }
 
 #[test]
-fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
+fn process_noise_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(2);
     let mut globals = Globals::<f64>::zero();
     globals.start();
@@ -22,9 +22,9 @@ fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
         row[i] += 2.0;
     }
     let before = covariance(&globals);
-    let widened = [(3, 0.7), (25, 0.01), (36, 4.0)];
-    for (global, variance) in widened {
-        let (u, beta) = globals.widening(global, variance).unwrap();
+    let noises = [(3, 0.7), (25, 0.01), (36, 4.0)];
+    for (global, variance) in noises {
+        let (u, beta) = globals.process_noise(global, variance).unwrap();
         globals.add_process_noise(&u, beta);
     }
     let mut candidates = crate::estimator::candidates::Candidates::<f64, 0>::zero();
@@ -33,7 +33,7 @@ fn widening_adds_the_variance_to_one_global_and_changes_no_other_covariance() {
         assert!(globals.root[i].iter().take(i).all(|x| *x == 0.0));
     }
     let mut expected = before;
-    for (global, variance) in widened {
+    for (global, variance) in noises {
         expected[(global, global)] += variance;
     }
     assert!((covariance(&globals) - expected).amax() < 1e-12);

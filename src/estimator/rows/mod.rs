@@ -11,7 +11,7 @@ mod rotation;
 pub(super) use bounds::bounds;
 pub(super) use field::{FieldReading, field, field_walk};
 pub(super) use path::{PathNoise, path};
-pub(super) use reference::{ANOTHER_FIELD, Declared, Told, dip_sine, reference, told};
+pub(super) use reference::{ANOTHER_FIELD, Declared, ReferenceRows, dip_sine, reference, reference_rows};
 pub(super) use rest::{REST_WEIGHT, rest};
 pub(super) use rotation::rotation;
 

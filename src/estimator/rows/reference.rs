@@ -26,19 +26,19 @@ pub(in crate::estimator) struct Declared<T> {
 /// Equations of the magnetometer's errors by the declared norm and dip, were the field the one that it reads: rows over
 /// the table's first columns, in units of the prior's widths, and their constants at errors of zero.
 #[derive(Clone, Copy)]
-pub(in crate::estimator) struct Told<T> {
+pub(in crate::estimator) struct ReferenceRows<T> {
     pub by: [[T; OF_MAGNETOMETER]; 2],
     pub constants: [T; 2],
 }
 
 /// Rows of a field, earth frame, that is read at this attitude and corrected by the errors `x`. `weight`: root of the
 /// share of the declared field's information that counts.
-pub(in crate::estimator) fn told<T: Real>(
+pub(in crate::estimator) fn reference_rows<T: Real>(
     field: &V3<T>,
     attitude: &M3<T>,
     declared: &Declared<T>,
     (weight, x, sigma): (T, &[T; GLOBALS], &[T; GLOBALS]),
-) -> Told<T> {
+) -> ReferenceRows<T> {
     let body = attitude.transpose() * field;
     let row = |slope: V3<T>| {
         let slope = attitude.transpose() * slope * weight;
@@ -55,7 +55,7 @@ pub(in crate::estimator) fn told<T: Real>(
     for (constant, by) in constants.iter_mut().zip(&by) {
         *constant = by.iter().zip(x).fold(*constant, |sum, (by, x)| sum - *by * *x);
     }
-    Told { by, constants }
+    ReferenceRows { by, constants }
 }
 
 fn at<T: Real>(vector: &V3<T>, axis: usize) -> T {

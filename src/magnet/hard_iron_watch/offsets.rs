@@ -39,8 +39,8 @@ impl Offsets {
         if self.kept.on {
             self.kept.close(edge_us);
             let left = after.in_body() - self.base_ut;
-            let spread = covariance + Matrix3::from_diagonal(&self.base_variance_ut2);
-            if left.norm_squared() < matters_ut2 || is_same(&left, &spread) {
+            let of_both = covariance + Matrix3::from_diagonal(&self.base_variance_ut2);
+            if left.norm_squared() < matters_ut2 || is_same(&left, &of_both) {
                 return;
             }
         } else {
@@ -55,8 +55,8 @@ impl Offsets {
         }
         let known = self.kept.iter().find(|known| {
             let other = known.offset() - offset;
-            let spread = covariance + Matrix3::from_diagonal(&Vector3::from(known.sigma_ut).map(|s| s * s));
-            known.is_corrected() && (other.norm_squared() < matters_ut2 || is_same(&other, &spread))
+            let of_both = covariance + Matrix3::from_diagonal(&Vector3::from(known.sigma_ut).map(|s| s * s));
+            known.is_corrected() && (other.norm_squared() < matters_ut2 || is_same(&other, &of_both))
         });
         let learned = HardIronInterval {
             from_us: edge_us,
@@ -124,6 +124,6 @@ impl Offsets {
 /// Returns true if a difference is insignificant: exceeded by chance, given its covariance, more than once in a
 /// hundred.
 #[inline(never)]
-fn is_same(difference: &Vector3<f32>, spread: &Matrix3<f32>) -> bool {
-    Whitening::new(spread).is_some_and(|whitening| whitening.apply(difference).norm_squared() < IN_A_HUNDRED)
+fn is_same(difference: &Vector3<f32>, covariance: &Matrix3<f32>) -> bool {
+    Whitening::new(covariance).is_some_and(|whitening| whitening.apply(difference).norm_squared() < IN_A_HUNDRED)
 }

@@ -26,7 +26,7 @@ pub struct Estimate {
     pub parameter: Parameter,
     /// Value and standard deviation of the error after the analysis.
     pub estimate: Uncertain,
-    /// Standard deviation of the error before the analysis; widened where the stations show an error beyond three
+    /// Standard deviation of the error before the analysis; inflated where the stations show an error beyond three
     /// configured deviations.
     pub prior_sigma: f32,
     /// True if the stations determine it: the standard deviation is below the configured share of the prior's.
@@ -41,7 +41,7 @@ pub struct MultiStationReport {
     pub left_out: u64,
     /// Number of stations that the estimate rests on.
     pub counted: usize,
-    /// Variance of the residuals over that of the configured noise; where above 1 beyond chance, it widened the noise.
+    /// Variance of the residuals over that of the configured noise; where above 1 beyond chance, it inflated the noise.
     pub noise_ratio: f32,
     /// Root mean square of the residuals of |G|, |B| and dip without correction, in units of the noise.
     pub residual_uncorrected: f32,
@@ -70,8 +70,8 @@ pub struct CorrectedStation {
     pub horizontal_ut: f32,
 }
 
-/// Largest number of times that priors are widened: the second time for errors that show after the first.
-const WIDENINGS: usize = 2;
+/// Largest number of times that priors are inflated: the second time for errors that show after the first.
+const INFLATIONS: usize = 2;
 
 /// One of the two angles that are corrected.
 #[derive(Clone, Copy)]
@@ -198,7 +198,7 @@ impl MultiStationReport {
 }
 
 /// Runs the analysis. Stations that the others contradict (once in a thousand by chance) are left out one after the
-/// other, up to a quarter of them; then priors that are too narrow for the errors found are widened, and the noise to
+/// other, up to a quarter of them; then priors that are too narrow for the errors found are inflated, and the noise to
 /// the size of the residuals.
 pub(super) fn analysed(
     stations: &[Station],
@@ -210,7 +210,7 @@ pub(super) fn analysed(
     }
     let prior = Parameter::ALL.map(|parameter| parameter.prior_sigma(errors, settings));
     let run = [stations.first()?.depth_m, stations.last()?.depth_m - stations.first()?.depth_m];
-    let mut scales = Scales { prior, settings: *settings, widened: 1.0, run };
+    let mut scales = Scales { prior, settings: *settings, noise: 1.0, run };
     if !prior.iter().all(|sigma| sigma.is_finite() && *sigma > 0.0) {
         return None;
     }
@@ -225,8 +225,8 @@ pub(super) fn analysed(
         count += 1;
         (fit, sums) = judged(stations, mask, &scales)?;
     }
-    for _ in 0..WIDENINGS {
-        if !widen_priors(&mut scales.prior, &fit.x) {
+    for _ in 0..INFLATIONS {
+        if !inflate_priors(&mut scales.prior, &fit.x) {
             break;
         }
         (fit, sums) = judged(stations, mask, &scales)?;
@@ -236,7 +236,7 @@ pub(super) fn analysed(
     let by_chance = 1.0 + 3.0 * libm::sqrtf(2.0 / sums.freedom);
     if sums.variance_ratio > by_chance {
         noise_ratio = sums.variance_ratio;
-        scales.widened = libm::sqrtf(noise_ratio);
+        scales.noise = libm::sqrtf(noise_ratio);
         (fit, sums) = judged(stations, mask, &scales)?;
     }
     let counted = stations.len() - count;
@@ -261,12 +261,12 @@ pub(super) fn analysed(
     Some(report)
 }
 
-/// Widens the prior of a sensor's error, or of the drill string's field, to what was found where that is beyond three
+/// Inflates the prior of a sensor's error, or of the drill string's field, to what was found where that is beyond three
 /// standard deviations (once in 400 by chance): a sensor out of its specification, or a collar more magnetic than
 /// usual. Such a collar widens both the field at the first station and its growth: one was found, but in a level hole
-/// to the east each passes for the other. Returns true if it widened one. References keep their priors: an error there
+/// to the east each passes for the other. Returns true if it inflated one. References keep their priors: an error there
 /// is not the tool's.
-fn widen_priors(prior: &mut Whitened, x: &Whitened) -> bool {
+fn inflate_priors(prior: &mut Whitened, x: &Whitened) -> bool {
     let before = *prior;
     let found = |k: usize| {
         let size = libm::fabsf(at(x, k));

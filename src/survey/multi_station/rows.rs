@@ -17,7 +17,7 @@ pub(super) struct Scales {
     pub(super) prior: [f32; PARAMETERS],
     pub(super) settings: MultiStationSettings,
     /// Factor of the noise's standard deviation.
-    pub(super) widened: f32,
+    pub(super) noise: f32,
     /// Depth of the first station and distance to the last, in the unit of `depth_m`.
     pub(super) run: [f32; 2],
 }
@@ -76,12 +76,12 @@ impl Scales {
             self.settings;
         let of_sensors = libm::hypotf(force_noise_m_s2 / axes.gravity_m_s2, field_noise_ut / axes.field_ut);
         [force_noise_m_s2, libm::hypotf(field_noise_ut, total_field_noise_ut), libm::hypotf(of_sensors, dip_noise_rad)]
-            .map(|sigma| sigma * self.widened)
+            .map(|sigma| sigma * self.noise)
     }
 
     /// Variance of an angle by the sensors' noise at one station.
     pub(super) fn noise_variance(&self, gradient: &Gradient) -> f32 {
-        let [force, field] = [self.settings.force_noise_m_s2, self.settings.field_noise_ut].map(|x| x * self.widened);
+        let [force, field] = [self.settings.force_noise_m_s2, self.settings.field_noise_ut].map(|x| x * self.noise);
         force * force * gradient.force.norm_squared() + field * field * gradient.field.norm_squared()
     }
 

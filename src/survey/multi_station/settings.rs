@@ -25,7 +25,7 @@ pub struct MultiStationSettings {
     /// three times the prior's information.
     pub observable_below: f32,
     /// Largest ratio of the residuals' variance to the configured noise's with which angles are corrected; up to it the
-    /// noise is widened to the residuals. Default 9: residuals of three times the noise.
+    /// noise is inflated to the residuals. Default 9: residuals of three times the noise.
     pub largest_noise_ratio: f32,
 }
 

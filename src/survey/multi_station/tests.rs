@@ -75,7 +75,7 @@ fn angles_and_their_gradients_are_those_of_small_changes() {
 fn a_stations_rows_are_the_derivatives_of_its_residuals() {
     let (errors, settings) = (SurveyErrors::default(), MultiStationSettings::default());
     let prior = Parameter::ALL.map(|parameter| parameter.prior_sigma(&errors, &settings));
-    let scales = Scales { prior, settings, widened: 1.3, run: [100.0, 1_000.0] };
+    let scales = Scales { prior, settings, noise: 1.3, run: [100.0, 1_000.0] };
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(8);
     for _ in 0..50 {
         let attitude = [0.2 + uniform(&mut generator), 6.2 * uniform(&mut generator), 6.2 * uniform(&mut generator)];

@@ -23,7 +23,7 @@ fn drawn(seed: u64) -> Gaussian<f64> {
 /// The uncertainty of an effect that is taken out adds to that of P, but does not draw P away from the value that
 /// fits beside the effect.
 #[test]
-fn what_is_not_known_of_an_effect_widens_the_average_and_does_not_move_it() {
+fn what_is_not_known_of_an_effect_inflates_the_average_and_does_not_move_it() {
     for seed in 0..20 {
         let mut sum = Sum::zero();
         for (one, evidence) in [(seed, 0.0), (seed + 100, 0.7)] {
@@ -32,7 +32,7 @@ fn what_is_not_known_of_an_effect_widens_the_average_and_does_not_move_it() {
         sum.finish();
         let before = sum.of;
         let by = drawn(seed + 200).mean;
-        sum.spread(&by);
+        sum.inflate(&by);
         let after = sum.of;
         assert_eq!(before.mean, after.mean);
         for i in 0..GYRO {

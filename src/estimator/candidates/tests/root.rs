@@ -272,7 +272,7 @@ fn what_is_not_known_of_what_is_taken_out_spreads_to_the_globals() {
     let mut found = (root.transpose() * root).try_inverse().unwrap();
     for of in 0..taken.len() {
         let taken = (evidence.account.taken.as_slice(), evidence.account.covariance.as_slice());
-        let by = SVector::from(known.candidates.spread(of, taken, &known.globals, (&inverse, &sigma)));
+        let by = SVector::from(known.candidates.inflation(of, taken, &known.globals, (&inverse, &sigma)));
         found += by * by.transpose();
     }
     // The globals fly, and in the bias the step that P turns back.

@@ -1,4 +1,4 @@
-//! Rows of the declared field: their slopes, and the misfit that they tell.
+//! Rows of the declared field: their slopes, and their misfit.
 
 use super::*;
 use crate::estimator::{
@@ -45,20 +45,20 @@ fn coefficients_are_the_slopes_of_the_constants() {
 }
 
 #[test]
-fn what_is_told_of_a_column_is_the_misfit_of_a_field_that_is_read_with_it() {
+fn the_row_of_a_column_is_the_misfit_of_a_field_that_is_read_with_it() {
     let (field, attitude) = (V3::new(0.5, -0.3, -0.9), *Rotation3::new(V3::new(0.4, -1.1, 2.0)).matrix());
     let sigma: [f64; GLOBALS] = core::array::from_fn(|c| 0.01 + 0.002 * c as f64);
     let corrected: [f64; GLOBALS] = core::array::from_fn(|c| 0.3 - 0.1 * c as f64);
-    let told = told(&field, &attitude, &DECLARED, (0.5, &corrected, &sigma));
+    let rows = reference_rows(&field, &attitude, &DECLARED, (0.5, &corrected, &sigma));
     for column in 0..OF_MAGNETOMETER {
         let mut x = [0.0; GLOBALS];
         x[column] = 1e-5 * sigma[column];
         let with = Parameters::new(&x, &zero3(), identity::<f64>());
         let read = attitude * (with.mag_matrix * (attitude.transpose() * field) + with.hard_iron);
         for (row, misfit) in misfits(&read, &DECLARED).iter().enumerate() {
-            let removed: f64 = told.by[row].iter().zip(&corrected).map(|(by, x)| by * x).sum();
-            let slope = (misfit * 0.5 - removed - told.constants[row]) / 1e-5;
-            assert!((slope - told.by[row][column]).abs() < 1e-3, "{column}: {slope} {}", told.by[row][column]);
+            let removed: f64 = rows.by[row].iter().zip(&corrected).map(|(by, x)| by * x).sum();
+            let slope = (misfit * 0.5 - removed - rows.constants[row]) / 1e-5;
+            assert!((slope - rows.by[row][column]).abs() < 1e-3, "{column}: {slope} {}", rows.by[row][column]);
         }
     }
 }
