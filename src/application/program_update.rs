@@ -18,7 +18,7 @@ pub trait ProgramUpdate {
     /// The reason of the refusal, which drops nothing: `Busy` while the program that runs is on trial.
     fn begin(&mut self, image: &Image) -> Result<(), CommandRefusal>;
 
-    /// Erases one block, if one is left to erase.
+    /// Erases one page, if one is left to erase.
     fn erase_next(&mut self);
 
     /// Takes the next bytes.

@@ -40,7 +40,7 @@ impl Update {
         self.restart_us = self.restart_us.map(|_| now_us);
     }
 
-    /// Erases a block for an image, at rest only, and restarts when it is time to.
+    /// Erases a page for an image, at rest only, and restarts when it is time to.
     #[inline(never)]
     pub fn go_on<B: Board>(&mut self, board: &mut B, now_us: u64, stands_still: bool) {
         if self.restart_us.is_some_and(|at| now_us >= at) {

@@ -43,7 +43,7 @@ fn weight(square: f32) -> f32 {
 const BOUND_NODES: usize = 4;
 
 /// Information matrix of P and b.
-type Information = Packed<12, 78>;
+type GyroInformation = Packed<12, 78>;
 
 /// Shares of the largest variance that all variances gain, one after the other, until the covariance has an inverse in
 /// `f32`. Its elements are sums that round to 6e-8 of their largest part, and a scale may be known to a ten-millionth
@@ -52,7 +52,7 @@ const ROUNDINGS: [f32; 4] = [0.0, 1e-7, 1e-6, 1e-5];
 
 /// Inverse of the covariance, whose variances are larger by a share of the largest; `None` if it is not positive
 /// definite.
-fn information(covariance: &[f32; 78], share: f32) -> Option<Information> {
+fn information(covariance: &[f32; 78], share: f32) -> Option<GyroInformation> {
     let mut covariance = Packed::<12, 78>(*covariance);
     let largest = (0..GYRO).map(|i| covariance.get(i, i)).fold(0.0, |most, x| if x > most { x } else { most });
     for i in 0..GYRO {
@@ -72,7 +72,7 @@ fn information(covariance: &[f32; 78], share: f32) -> Option<Information> {
 
 /// Adds the information of some nodes' rows.
 #[inline(never)]
-fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut Information) {
+fn gather<const NODES: usize>(rows: &LeftOver<NODES>, nodes: Range<usize>, into: &mut GyroInformation) {
     for index in nodes {
         let node = rows.node(index);
         let (triples, _) = node.as_chunks::<3>();
@@ -122,7 +122,7 @@ impl Centre {
         from: usize,
         scratch: &mut [T],
     ) -> Option<usize> {
-        let mut left = Information::zero();
+        let mut left = GyroInformation::zero();
         if from > 0 {
             left.0.iter_mut().zip(scratch.iter()).for_each(|(left, kept)| *left = kept.narrow());
         }
@@ -142,7 +142,7 @@ impl Centre {
     /// more than the posterior, which is averaged over widths and whose P has walked since. The cost then has no lower
     /// bound, and its best point in the search box lies at the edge.
     #[inline(never)]
-    fn bound(&mut self, left: &Information) {
+    fn bound(&mut self, left: &GyroInformation) {
         // In posterior deviations, where the posterior's own information is the identity.
         let mut half = [[0.0; GYRO]; GYRO];
         for (i, half) in half.iter_mut().enumerate() {

@@ -1,20 +1,20 @@
 //! Watch of the drilling between surveys: vibration, shocks and whirl, their dose, and the toolface while sliding.
 
 use super::{
-    DrillingDynamics, SlidingToolface, SurveyInput, SurveyNews, Surveys, VibrationDose, dynamics::DynamicsWindow,
+    DrillingDynamics, SlidingToolface, SurveyInput, SurveyNews, Surveys, VibrationDose, dynamics::DynamicsInterval,
     sliding_toolface::SlidingMean,
 };
 
-/// Dynamics windows from one report of the dose to the next: five minutes by default.
-const DOSE_WINDOWS: u8 = 10;
+/// Intervals of dynamics from one report of the dose to the next: five minutes by default.
+const DOSE_INTERVALS: u8 = 10;
 
 /// Watch of the drilling, with its latest results.
 pub(super) struct DrillingWatch {
-    dynamics: DynamicsWindow,
+    dynamics: DynamicsInterval,
     sliding: SlidingMean,
     pub dose: VibrationDose,
-    /// Windows since the dose was reported.
-    windows: u8,
+    /// Intervals since the dose was reported.
+    intervals: u8,
     pub last_dynamics: Option<DrillingDynamics>,
     pub last_toolface: Option<SlidingToolface>,
 }
@@ -22,10 +22,10 @@ pub(super) struct DrillingWatch {
 impl DrillingWatch {
     pub const fn new() -> Self {
         Self {
-            dynamics: DynamicsWindow::new(),
+            dynamics: DynamicsInterval::new(),
             sliding: SlidingMean::new(),
             dose: VibrationDose::NONE,
-            windows: 0,
+            intervals: 0,
             last_dynamics: None,
             last_toolface: None,
         }
@@ -40,13 +40,13 @@ impl DrillingWatch {
     pub fn push(&mut self, input: &SurveyInput, surveys: &Surveys) -> SurveyNews {
         let mut news = SurveyNews::empty();
         let Some((earth, config)) = surveys.settings() else { return news };
-        if let Some(window) = self.dynamics.push(input, earth, &config.dynamics, config.rotating_rad_s) {
-            self.dose.add(&window);
-            self.last_dynamics = Some(window);
+        if let Some(interval) = self.dynamics.push(input, earth, &config.dynamics, config.rotating_rad_s) {
+            self.dose.add(&interval);
+            self.last_dynamics = Some(interval);
             news.insert(SurveyNews::DYNAMICS);
-            self.windows += 1;
-            if self.windows >= DOSE_WINDOWS {
-                self.windows = 0;
+            self.intervals += 1;
+            if self.intervals >= DOSE_INTERVALS {
+                self.intervals = 0;
                 news.insert(SurveyNews::DOSE);
             }
         }

@@ -1,4 +1,4 @@
-//! Drilling dynamics: vibration, shocks and stick-slip over a window.
+//! Drilling dynamics: vibration, shocks and stick-slip over an interval, 30 s by default.
 
 use super::{
     SurveyInput,
@@ -16,14 +16,14 @@ use nalgebra::{Quaternion, Vector3};
 /// Ratios to [`DynamicsConfig::shock_m_s2`] of the higher levels of shocks: 25, 50 and 100 g by default.
 pub const SHOCK_LEVELS: [f32; 3] = [2.5, 5.0, 10.0];
 
-/// Vibration, shocks and rotation of one window. [`severity`](super::severity) grades them in levels.
+/// Vibration, shocks and rotation of one interval. [`severity`](super::severity) grades them in levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrillingDynamics {
-    /// First sample of the window, microseconds; pauses of over a second put it off by as much, so that the window
+    /// First sample of the interval, microseconds; pauses of over a second put it off by as much, so that the interval
     /// lasts as long as was measured.
     pub t_start_us: u64,
-    /// Last sample of the window, microseconds.
+    /// Last sample of the interval, microseconds.
     pub t_end_us: u64,
     /// Root mean square of vibration along the tool axis, m/s^2. Vibration is specific force less gravity by
     /// the attitude. `None`: no reading with an attitude.
@@ -50,7 +50,7 @@ pub struct DrillingDynamics {
     pub whirl: Option<Whirl>,
 }
 
-/// Rotation about the tool axis over a window, positive clockwise looking down-hole.
+/// Rotation about the tool axis over an interval, positive clockwise looking down-hole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rotation {
@@ -65,8 +65,8 @@ pub struct Rotation {
     pub stick_slip_index: Option<f32>,
 }
 
-/// Sums of the window in progress; windows do not overlap.
-pub(crate) struct DynamicsWindow {
+/// Sums of the interval in progress; intervals do not overlap.
+pub(crate) struct DynamicsInterval {
     start_us: Option<u64>,
     last_us: u64,
     readings: u32,
@@ -86,7 +86,7 @@ pub(crate) struct DynamicsWindow {
     whirl: WhirlSums,
 }
 
-impl DynamicsWindow {
+impl DynamicsInterval {
     pub(crate) const fn new() -> Self {
         Self {
             start_us: None,
@@ -107,7 +107,7 @@ impl DynamicsWindow {
         }
     }
 
-    /// Takes a sample. Returns the window that it completes.
+    /// Takes a sample. Returns the interval that it completes.
     pub(crate) fn push(
         &mut self,
         input: &SurveyInput,
@@ -133,7 +133,7 @@ impl DynamicsWindow {
         }
         let part = |square: f32| (self.readings > 0).then(|| libm::sqrtf(square / self.readings as f32));
         let peak = |square: f32| (self.readings > 0).then(|| libm::sqrtf(square));
-        let window = DrillingDynamics {
+        let interval = DrillingDynamics {
             t_start_us: start_us,
             t_end_us: input.t_us,
             axial_rms_m_s2: part(self.axial_square),
@@ -154,7 +154,7 @@ impl DynamicsWindow {
             whirl: self.whirl.next(),
             ..Self::new()
         };
-        Some(window)
+        Some(interval)
     }
 
     fn shake(&mut self, input: &SurveyInput, earth: &Earth, config: &DynamicsConfig, step_s: f32) {

@@ -675,7 +675,7 @@ typedef struct {
      */
     float survey_errors_accel_scale;
     /**
-     * Bias of each magnetometer axis, microtesla. Default 0.07 (MBXY, MBZ.
+     * Bias of each magnetometer axis, microtesla. Default 0.07 (MBXY, MBZ: 70 nT).
      */
     float survey_errors_mag_bias_ut;
     /**
@@ -683,7 +683,8 @@ typedef struct {
      */
     float survey_errors_mag_scale;
     /**
-     * Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of revision 4.
+     * Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of
+     * revision 4).
      */
     float survey_errors_axial_interference_ut;
     /**
@@ -696,7 +697,7 @@ typedef struct {
      */
     float survey_errors_declination_rad_ut;
     /**
-     * Total field of the reference, microtesla. Default 0.13 (MFI.
+     * Total field of the reference, microtesla. Default 0.13 (MFI: 130 nT).
      */
     float survey_errors_total_field_ut;
     /**
@@ -714,7 +715,8 @@ typedef struct {
      */
     uint32_t survey_limits_propagated;
     /**
-     * Total field, microtesla. Default 0.3 (300 nT.
+     * Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore
+     * positioning, 22.1 Checking raw data).
      */
     float survey_limits_field_ut;
     /**

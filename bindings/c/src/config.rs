@@ -170,18 +170,19 @@ pub struct MwdConfig {
     pub survey_errors_accel_bias_m_s2: f32,
     /// Scale factor of each accelerometer axis, dimensionless. Default 0.0005 (ASXY, ASZ).
     pub survey_errors_accel_scale: f32,
-    /// Bias of each magnetometer axis, microtesla. Default 0.07 (MBXY, MBZ.
+    /// Bias of each magnetometer axis, microtesla. Default 0.07 (MBXY, MBZ: 70 nT).
     pub survey_errors_mag_bias_ut: f32,
     /// Scale factor of each magnetometer axis, dimensionless. Default 0.0016 (MSXY, MSZ).
     pub survey_errors_mag_scale: f32,
-    /// Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of revision 4.
+    /// Field of the drill string along the tool axis, microtesla; 0: none. Default 0.22 (AMIL of
+    /// revision 4).
     pub survey_errors_axial_interference_ut: f32,
     /// Declination of the reference, radians: the part that is the same everywhere. Default 0.36 deg (DEC).
     pub survey_errors_declination_rad: f32,
     /// Declination of the reference, radian microtesla, to be divided by the horizontal field. Default 5,000
     /// deg nT (DBH).
     pub survey_errors_declination_rad_ut: f32,
-    /// Total field of the reference, microtesla. Default 0.13 (MFI.
+    /// Total field of the reference, microtesla. Default 0.13 (MFI: 130 nT).
     pub survey_errors_total_field_ut: f32,
     /// Dip of the reference, radians. Default 0.20 deg (MDI).
     pub survey_errors_dip_rad: f32,
@@ -191,7 +192,8 @@ pub struct MwdConfig {
     /// True if the limits follow from the error model: `deviations` standard deviations of measured less
     /// reference at that attitude. 0 or 1.
     pub survey_limits_propagated: u32,
-    /// Total field, microtesla. Default 0.3 (300 nT.
+    /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore
+    /// positioning, 22.1 Checking raw data).
     pub survey_limits_field_ut: f32,
     /// Dip, radians. Default 0.25 deg (same source).
     pub survey_limits_dip_rad: f32,

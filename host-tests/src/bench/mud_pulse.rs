@@ -7,7 +7,7 @@ use meerkat_mwd::{
     config::{Earth, SurveyLimits},
     survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain},
     telemetry::survey_word::{
-        Expected, Reading, Received, SURVEY_WORD_BITS, SURVEY_WORD_BYTES, SurveyReceiver, SurveyWord, soft,
+        DecodedQuantity, Expected, Received, SURVEY_WORD_BITS, SURVEY_WORD_BYTES, SurveyReceiver, SurveyWord, soft,
     },
 };
 use rand_core::{Rng, SeedableRng};
@@ -170,7 +170,8 @@ pub fn noise(seed: u64) -> [u64; 3] {
         let mut word = [0; SURVEY_WORD_BYTES];
         word.iter_mut().for_each(|byte| *byte = random.next_u32() as u8);
         receiver.begin();
-        let believes = |got| matches!(got, Ok(Received::Survey(SurveyWord { inclination_rad: Reading::Value(_), .. })));
+        let believes =
+            |got| matches!(got, Ok(Received::Survey(SurveyWord { inclination_rad: DecodedQuantity::Value(_), .. })));
         passed += u64::from(SurveyWord::unpack(&word).is_ok());
         believed += u64::from(believes(receiver.push(&soft(&word))));
     }

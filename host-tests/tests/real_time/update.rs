@@ -15,7 +15,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{fs, time::Instant};
 
 /// Blocks of the two slots together, and their size.
-const BLOCKS: usize = 32;
+const PAGES: usize = 32;
 const BLOCK: usize = 64 * 1024;
 type Region = MockFlash<4, BLOCK>;
 
@@ -66,7 +66,7 @@ fn with(slots: &mut ImageSlots<Region>, running: Slot, number: u32, program: &[u
 
 /// The flash of a probe that the factory gave one program, with number 1.
 fn from_the_factory(program: &[u8]) -> ImageSlots<Region> {
-    let mut slots = ImageSlots::new(Region::new(BLOCKS, 26)).unwrap();
+    let mut slots = ImageSlots::new(Region::new(PAGES, 26)).unwrap();
     with(&mut slots, Slot::Second, 1, program);
     assert_eq!(slots.choose(), Some(Start::Trial(Slot::First)));
     slots.confirm(Slot::First).unwrap();
@@ -116,7 +116,7 @@ impl Updated {
         fs::write(self.probe.at("images.bin"), slots.into_flash().bytes_mut()).unwrap();
     }
 
-    /// Powers up; after so many words and blocks of the images' flash the power goes.
+    /// Powers up; after so many words and pages of the images' flash the power goes.
     fn power_up(&mut self, cut_after: Option<u32>) {
         let cut = self.probe.at("cut.bin");
         match cut_after {
@@ -185,10 +185,10 @@ fn a_program_that_does_not_feed_the_watchdog_is_rolled_back() {
     assert_eq!(updated.runs(), settled(1, Some(4)), "after a loss of power, too");
 }
 
-/// Changes of the flash in an update by a small program: erased blocks, words of the image, of its mark and of the
+/// Changes of the flash in an update by a small program: erased pages, words of the image, of its mark and of the
 /// trial's.
 struct Steps {
-    blocks: u32,
+    pages: u32,
     words: u32,
 }
 
@@ -197,7 +197,7 @@ impl Steps {
     const TRIAL: u32 = 8;
 
     fn marks(&self) -> u32 {
-        self.blocks + self.words
+        self.pages + self.words
     }
 }
 
@@ -206,7 +206,7 @@ impl Steps {
 fn cut(chosen: impl Fn(&Steps) -> Vec<u32>) {
     let Some(mut updated) = Updated::new() else { return };
     let program = small(Small::Hangs);
-    let steps = Steps { blocks: BLOCKS as u32 / 2, words: program.len().div_ceil(32) as u32 * 8 };
+    let steps = Steps { pages: PAGES as u32 / 2, words: program.len().div_ceil(32) as u32 * 8 };
     for step in chosen(&steps) {
         updated.write(from_the_factory(&updated.program));
         updated.power_up(Some(step));
@@ -251,8 +251,8 @@ fn cut_in_trial(words: impl Iterator<Item = u32>) {
 #[test]
 #[ignore = "each cut sends the whole program twice: minutes"]
 fn an_update_that_loses_power_is_repeated() {
-    // A block, a word of the image, of its mark, of the trial's.
-    cut(|steps| vec![5, steps.blocks + steps.words / 2, steps.marks() + 9, steps.marks() + Steps::MARK + 3]);
+    // A page, a word of the image, of its mark, of the trial's.
+    cut(|steps| vec![5, steps.pages + steps.words / 2, steps.marks() + 9, steps.marks() + Steps::MARK + 3]);
 }
 
 #[test]
@@ -263,11 +263,11 @@ fn a_trial_that_loses_power_is_not_repeated() {
 #[test]
 #[ignore = "each cut takes some seconds"]
 fn an_update_that_loses_power_at_any_step_is_repeated() {
-    // Each block, one word in each part of the image, each word of the marks.
+    // Each page, one word in each part of the image, each word of the marks.
     cut(|steps| {
-        let parts = (3..steps.words).step_by(ImagePart::BYTES / 4).map(|word| steps.blocks + word);
+        let parts = (3..steps.words).step_by(ImagePart::BYTES / 4).map(|word| steps.pages + word);
         let marks = steps.marks()..steps.marks() + Steps::MARK + Steps::TRIAL;
-        (0..steps.blocks).chain(parts).chain(marks).collect()
+        (0..steps.pages).chain(parts).chain(marks).collect()
     });
     cut_in_trial(0..2 * Steps::TRIAL);
 }

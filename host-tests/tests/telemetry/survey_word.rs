@@ -3,7 +3,7 @@
 use meerkat_mwd::{
     survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain},
     telemetry::survey_word::{
-        AZIMUTH, DIP, FIELD_UT, GRAVITY_M_S2, INCLINATION, Quantity, Reading, SURVEY_WORD_BYTES, SurveyWord,
+        AZIMUTH, DIP, DecodedQuantity, FIELD_UT, GRAVITY_M_S2, INCLINATION, Quantity, SURVEY_WORD_BYTES, SurveyWord,
         SurveyWordError, TEMPERATURE_C, TOOLFACE,
     },
 };
@@ -33,7 +33,7 @@ fn survey(values: [Option<f32>; 7]) -> Survey {
 
 const QUANTITIES: [Quantity; 7] = [INCLINATION, AZIMUTH, TOOLFACE, GRAVITY_M_S2, FIELD_UT, DIP, TEMPERATURE_C];
 
-fn told(values: [Option<f32>; 7]) -> [Reading; 7] {
+fn told(values: [Option<f32>; 7]) -> [DecodedQuantity; 7] {
     let word = SurveyWord::pack(&survey(values), None);
     let unpacked = SurveyWord::unpack(&word).unwrap();
     assert_eq!(
@@ -82,7 +82,7 @@ proptest! {
         }
         for (index, (reading, quantity)) in told(values).into_iter().zip(&QUANTITIES).enumerate() {
             let value = values[index].unwrap();
-            let Reading::Value(told) = reading else { panic!("{value} is {reading:?}") };
+            let DecodedQuantity::Value(told) = reading else { panic!("{value} is {reading:?}") };
             prop_assert!(is_near(quantity, value, told, index == 1 || index == 2), "{value} is told as {told}");
         }
     }
@@ -93,18 +93,18 @@ proptest! {
             let [least, greatest] = QUANTITIES[linear].range();
             let mut values = [Some(1.0); 7];
             values[linear] = Some(greatest + by);
-            prop_assert_eq!(told(values)[linear], Reading::Above);
+            prop_assert_eq!(told(values)[linear], DecodedQuantity::Above);
             values[linear] = Some(least - by);
-            prop_assert_eq!(told(values)[linear], Reading::Below);
+            prop_assert_eq!(told(values)[linear], DecodedQuantity::Below);
         }
         let mut values = [Some(1.0); 7];
         values[missing] = None;
         let readings = told(values);
         for (index, reading) in readings.into_iter().enumerate() {
-            prop_assert_eq!(reading == Reading::Missing, index == missing);
+            prop_assert_eq!(reading == DecodedQuantity::Missing, index == missing);
         }
         values[missing] = Some(f32::NAN);
-        prop_assert_eq!(told(values)[missing], Reading::Missing);
+        prop_assert_eq!(told(values)[missing], DecodedQuantity::Missing);
     }
 
     #[test]
@@ -112,7 +112,7 @@ proptest! {
         for cyclic in [1, 2] {
             let mut values = [Some(1.0); 7];
             values[cyclic] = Some(angle + turns as f32 * std::f32::consts::TAU);
-            let Reading::Value(told) = told(values)[cyclic] else { panic!() };
+            let DecodedQuantity::Value(told) = told(values)[cyclic] else { panic!() };
             let apart = libm::remainder(f64::from(angle) - f64::from(told), std::f64::consts::TAU);
             prop_assert!(apart.abs() <= f64::from(QUANTITIES[cyclic].step()) / 2.0 + 1e-5);
         }
@@ -125,11 +125,11 @@ fn the_ends_of_a_range_are_inside_and_every_code_is_one_reading() {
         let [least, greatest] = quantity.range();
         let codes = 1_u32 << quantity.bits();
         for code in (0..codes).map(|code| code as u16) {
-            if let Reading::Value(value) = quantity.reading(code) {
+            if let DecodedQuantity::Value(value) = quantity.decode(code) {
                 assert_eq!(quantity.code(Some(value)), code);
             }
         }
-        let is_value = |x| matches!(quantity.reading(quantity.code(Some(x))), Reading::Value(_));
+        let is_value = |x| matches!(quantity.decode(quantity.code(Some(x))), DecodedQuantity::Value(_));
         assert!(is_value(least) && is_value(greatest));
     }
 }

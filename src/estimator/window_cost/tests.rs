@@ -33,7 +33,7 @@ fn no_point_of_the_search_box_costs_less_than_the_mean_of_nodes_that_are_all_ali
     };
     let before = lowest(&centre);
     assert!(before < -10.0, "{before}");
-    let mut left = Information::zero();
+    let mut left = GyroInformation::zero();
     gather(&rows, 0..rows.count(), &mut left);
     centre.bound(&left);
     let after = lowest(&centre);

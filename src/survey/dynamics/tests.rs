@@ -24,9 +24,9 @@ const fn attitude() -> Attitude {
     }
 }
 
-/// First window of a motion, given as axial rate and vibration at a time in seconds.
-fn window(reading: impl Fn(f64) -> (f64, [f64; 3])) -> DrillingDynamics {
-    let mut dynamics = DynamicsWindow::new();
+/// First interval of a motion, given as axial rate and vibration at a time in seconds.
+fn interval(reading: impl Fn(f64) -> (f64, [f64; 3])) -> DrillingDynamics {
+    let mut dynamics = DynamicsInterval::new();
     let (earth, config) = (Earth::default(), DynamicsConfig::default());
     (1..10_000_u32)
         .find_map(|k| {
@@ -46,7 +46,7 @@ fn window(reading: impl Fn(f64) -> (f64, [f64; 3])) -> DrillingDynamics {
 #[test]
 fn rms_and_peak_are_those_of_a_known_vibration_and_gravity_is_not_in_them() {
     let w = core::f64::consts::TAU * 17.3;
-    let d = window(|t| (0.0, [3.0 * libm::sin(w * t), 4.0 * libm::cos(w * t), 2.0 * libm::sin(1.3 * w * t)]));
+    let d = interval(|t| (0.0, [3.0 * libm::sin(w * t), 4.0 * libm::cos(w * t), 2.0 * libm::sin(1.3 * w * t)]));
     assert!((d.axial_rms_m_s2.unwrap() - 2.0 / core::f32::consts::SQRT_2).abs() < 0.01);
     assert!((d.lateral_rms_m_s2.unwrap() - libm::sqrtf(12.5)).abs() < 0.02);
     assert!((d.peak_m_s2.unwrap() - libm::sqrtf(20.0)).abs() < 0.1);
@@ -55,17 +55,17 @@ fn rms_and_peak_are_those_of_a_known_vibration_and_gravity_is_not_in_them() {
 
 #[test]
 fn stick_slip_is_half_the_swing_over_the_mean() {
-    // A speed of 120 rpm that swings by 60 rpm at 0.2 Hz, six swings in the window; averaging over 0.1 s takes 0.1 %
+    // A speed of 120 rpm that swings by 60 rpm at 0.2 Hz, six swings in the interval; averaging over 0.1 s takes 0.1 %
     // off the swing.
     let w = core::f64::consts::TAU * 0.2;
     let rpm = core::f64::consts::TAU / 60.0;
-    let rotation = window(|t| (rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();
+    let rotation = interval(|t| (rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();
     assert!((rotation.stick_slip_index.unwrap() - 0.5).abs() < 0.01, "{rotation:?}");
     assert!((rotation.min_rpm - 60.0).abs() < 1.0 && (rotation.max_rpm - 180.0).abs() < 1.0);
     assert!((rotation.mean_rpm - 120.0).abs() < 3.0);
-    let backwards = window(|t| (-rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();
+    let backwards = interval(|t| (-rpm * (120.0 + 60.0 * libm::sin(w * t)), [0.0; 3])).rotation.unwrap();
     assert!((backwards.stick_slip_index.unwrap() - 0.5).abs() < 0.01 && backwards.mean_rpm < -100.0);
-    assert_eq!(window(|_| (0.01, [0.0; 3])).rotation.unwrap().stick_slip_index, None);
+    assert_eq!(interval(|_| (0.01, [0.0; 3])).rotation.unwrap().stick_slip_index, None);
 }
 
 #[test]
@@ -75,14 +75,14 @@ fn a_blow_counts_once_with_its_ringing_and_blows_apart_count_each() {
         let since = libm::fmod(t + 1.0, 2.0);
         300.0 * libm::exp(-since / 0.02) * libm::cos(core::f64::consts::TAU * 60.0 * since)
     };
-    let d = window(|t| (0.0, [ringing(t), 0.0, 0.0]));
+    let d = interval(|t| (0.0, [ringing(t), 0.0, 0.0]));
     assert_eq!(d.shocks, 15, "{d:?}");
     assert!(d.peak_m_s2.unwrap() > 290.0);
 }
 
 #[test]
 fn clipping_is_a_shock_and_a_window_without_readings_claims_nothing() {
-    let mut dynamics = DynamicsWindow::new();
+    let mut dynamics = DynamicsInterval::new();
     let (earth, config) = (Earth::default(), DynamicsConfig::default());
     let d = (1..10_000_u64)
         .find_map(|k| {
@@ -100,7 +100,7 @@ fn a_clipped_blow_counts_at_every_level_that_the_range_reaches() {
     let (earth, config) = (Earth::default(), DynamicsConfig::default());
     // Ranges of 32, 80 and 320 g.
     for (range_m_s2, shocks_over) in [(313.8, [1, 0, 0]), (784.5, [1, 1, 0]), (3_138.0, [1, 1, 1])] {
-        let mut dynamics = DynamicsWindow::new();
+        let mut dynamics = DynamicsInterval::new();
         let at = |k: u64| {
             let clips =
                 SurveyInput { accel_clipped: true, raw_accel_m_s2: [0.0, -range_m_s2, 30.0], ..Default::default() };
@@ -119,7 +119,7 @@ fn peaks_are_told_apart_and_shocks_count_at_every_level_that_they_reach() {
         true => [15.0, 30.0, 60.0, 120.0].get((t / 2.0) as usize % 4).copied().unwrap_or(0.0) * 9.806_65,
         false => 0.0,
     };
-    let d = window(|t| (0.0, [3.0 * libm::sin(300.0 * t), 0.0, blow(t)]));
+    let d = interval(|t| (0.0, [3.0 * libm::sin(300.0 * t), 0.0, blow(t)]));
     assert_eq!((d.shocks, d.shocks_over), (16, [12, 8, 4]), "{d:?}");
     assert!((d.axial_peak_m_s2.unwrap() / 9.806_65 - 120.0).abs() < 0.01);
     assert!((d.lateral_peak_m_s2.unwrap() - 3.0).abs() < 0.01);
@@ -134,7 +134,7 @@ fn peaks_are_told_apart_and_shocks_count_at_every_level_that_they_reach() {
 /// Window of vibration in tool axes, whose direction turns in space at one speed while the string turns at another.
 fn whirling(around_rpm: f64, string_rpm: f64, size: f64) -> DrillingDynamics {
     let rpm = core::f64::consts::TAU / 60.0;
-    window(move |t| {
+    interval(move |t| {
         let angle = (around_rpm - string_rpm) * rpm * t;
         (string_rpm * rpm, [size * libm::cos(angle), size * libm::sin(angle), 0.0])
     })
@@ -157,7 +157,7 @@ fn whirl_has_its_speed_and_direction_and_other_vibration_is_none() {
     assert_eq!(whirling(0.0, 120.0, 50.0).whirl_kind(), None);
     let rate = 120.0 * core::f64::consts::TAU / 60.0;
     // To and fro in tool axes, and the centrifugal force of an accelerometer off the axis.
-    let to_and_fro = window(|t| (rate, [20.0 + 40.0 * libm::sin(47.0 * t), 10.0, 0.0]));
+    let to_and_fro = interval(|t| (rate, [20.0 + 40.0 * libm::sin(47.0 * t), 10.0, 0.0]));
     assert!(to_and_fro.whirl.unwrap().circularity.abs() < 0.05, "{to_and_fro:?}");
     assert_eq!(to_and_fro.whirl_kind(), None);
 }
@@ -208,19 +208,19 @@ fn a_reading_that_is_missing_is_no_blow_and_one_that_clips_is() {
     assert!(recorder.worst().any(|sample| sample.t_us == 4_050 * STEP_US));
 }
 
-/// A pause does not count as time at the level of the window that it falls into.
+/// A pause does not count as time at the level of the interval that it falls into.
 #[test]
 fn a_window_lasts_as_long_as_was_measured() {
-    let mut dynamics = DynamicsWindow::new();
+    let mut dynamics = DynamicsInterval::new();
     let mut t_us = 0;
-    let (mut windows, mut spans_s) = (0, 0.0);
+    let (mut intervals, mut spans_s) = (0, 0.0);
     for k in 1..20_000_u32 {
         t_us += if k == 5_000 { 7_200_000_000 } else { STEP_US };
         let force = Some([20.0 * libm::sinf(k as f32), 0.0, -9.806_65]);
         let input = SurveyInput { t_us, force_m_s2: force, attitude: Some(attitude()), ..SurveyInput::default() };
-        if let Some(window) = dynamics.push(&input, &Earth::default(), &DynamicsConfig::default(), ROTATING_RAD_S) {
-            (windows, spans_s) = (windows + 1, spans_s + (window.t_end_us - window.t_start_us) as f32 * 1e-6);
+        if let Some(interval) = dynamics.push(&input, &Earth::default(), &DynamicsConfig::default(), ROTATING_RAD_S) {
+            (intervals, spans_s) = (intervals + 1, spans_s + (interval.t_end_us - interval.t_start_us) as f32 * 1e-6);
         }
     }
-    assert!(windows == 3 && (spans_s - 90.0).abs() < 0.1, "{windows} {spans_s}");
+    assert!(intervals == 3 && (spans_s - 90.0).abs() < 0.1, "{intervals} {spans_s}");
 }

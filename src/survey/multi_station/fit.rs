@@ -14,13 +14,13 @@ const LAST_STEP: f32 = 1e-3;
 /// Most probable errors with their information, both in units of the priors' standard deviations.
 pub(super) struct Fit {
     pub(super) x: Whitened,
-    pub(super) information: Information,
+    pub(super) information: InformationFactor,
 }
 
 /// Factor of the posterior's information: the priors' identity and the stations' rows.
-pub(super) struct Information(Cholesky<f32, PARAMETERS>);
+pub(super) struct InformationFactor(Cholesky<f32, PARAMETERS>);
 
-impl Information {
+impl InformationFactor {
     /// v^T S v with the posterior's covariance S.
     pub(super) fn variance(&self, v: &Whitened) -> f32 {
         let mut y = *v;
@@ -72,7 +72,7 @@ pub(super) fn fitted(stations: &[Station], counts: impl Fn(usize) -> bool, scale
             let sum = normal.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0);
             if i == j { 1.0 + sum } else { sum }
         };
-        let information = Information(Cholesky::new(PARAMETERS, element)?);
+        let information = InformationFactor(Cholesky::new(PARAMETERS, element)?);
         let step = information.times(&pull);
         let mut longest = 0.0;
         for (x, step) in x.iter_mut().zip(&step) {

@@ -101,7 +101,7 @@ pub enum Command {
     /// bytes, go before attitudes; and it is refused while drilling, because a worse second could replace the samples
     /// meanwhile.
     SendVibration,
-    /// Get ready to receive an image of the program beside the one that runs. It erases what was there, one block
+    /// Get ready to receive an image of the program beside the one that runs. It erases what was there, one page
     /// between two samples; until then parts are refused as busy. Only this command has the key in an update's
     /// transfer: the digest in it stands for every byte.
     BeginUpdate {

@@ -3,7 +3,7 @@
 mod quantity;
 mod receiver;
 
-pub use quantity::{Quantity, Reading};
+pub use quantity::{DecodedQuantity, Quantity};
 pub use receiver::{Expected, Received, SURVEY_WORD_BITS, SoftWord, SurveyReceiver, soft};
 
 use crate::survey::{Grade, Survey, SurveyKind, ToolfaceKind, Uncertain};
@@ -53,21 +53,21 @@ pub struct SurveyWord {
     /// Grade; `None` if it was not judged.
     pub grade: Option<Grade>,
     /// Inclination, radians.
-    pub inclination_rad: Reading,
+    pub inclination_rad: DecodedQuantity,
     /// Azimuth from magnetic north, radians.
-    pub azimuth_rad: Reading,
+    pub azimuth_rad: DecodedQuantity,
     /// Kind of the toolface.
     pub toolface_kind: ToolfaceKind,
     /// Toolface, radians.
-    pub toolface_rad: Reading,
+    pub toolface_rad: DecodedQuantity,
     /// |G|, m/s^2.
-    pub gravity_m_s2: Reading,
+    pub gravity_m_s2: DecodedQuantity,
     /// |B|, microtesla.
-    pub field_ut: Reading,
+    pub field_ut: DecodedQuantity,
     /// Dip, radians below the horizon.
-    pub dip_rad: Reading,
+    pub dip_rad: DecodedQuantity,
     /// Temperature, degrees Celsius.
-    pub temperature_c: Reading,
+    pub temperature_c: DecodedQuantity,
 }
 
 /// Reason for which ten bytes are no survey.
@@ -93,7 +93,7 @@ impl core::fmt::Display for SurveyWordError {
 impl core::error::Error for SurveyWordError {}
 
 impl SurveyWord {
-    /// Packs a survey. A value out of a quantity's range is marked as such, see [`Reading`].
+    /// Packs a survey. A value out of a quantity's range is marked as such, see [`DecodedQuantity`].
     #[must_use]
     pub fn pack(survey: &Survey, grade: Option<Grade>) -> [u8; SURVEY_WORD_BYTES] {
         let value = |x: Option<Uncertain>| x.map(|x| x.value);
@@ -205,9 +205,9 @@ impl Bits {
         code
     }
 
-    fn pop_quantity(&mut self, quantity: &Quantity) -> Reading {
+    fn pop_quantity(&mut self, quantity: &Quantity) -> DecodedQuantity {
         let code = self.pop(quantity.bits());
-        quantity.reading(code)
+        quantity.decode(code)
     }
 
     /// Returns the bits as ten bytes: leading zeros do not change a CRC that starts at zero.

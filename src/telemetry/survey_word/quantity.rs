@@ -2,10 +2,10 @@
 
 use core::f32::consts::TAU;
 
-/// Value of a quantity's bits.
+/// Meaning of a quantity's code.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(all(feature = "defmt", target_os = "none"), derive(defmt::Format))]
-pub enum Reading {
+pub enum DecodedQuantity {
     /// The quantity was not measured, or is no number.
     Missing,
     /// The value is under the range.
@@ -98,15 +98,15 @@ impl Quantity {
 
     /// Returns the meaning of a code.
     #[must_use]
-    pub fn reading(&self, code: u16) -> Reading {
+    pub fn decode(&self, code: u16) -> DecodedQuantity {
         if code >= self.missing() {
-            Reading::Missing
+            DecodedQuantity::Missing
         } else if code <= self.steps() {
-            Reading::Value(self.least + f32::from(code) * self.step())
+            DecodedQuantity::Value(self.least + f32::from(code) * self.step())
         } else if code == self.below() {
-            Reading::Below
+            DecodedQuantity::Below
         } else {
-            Reading::Above
+            DecodedQuantity::Above
         }
     }
 }

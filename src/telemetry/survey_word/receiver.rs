@@ -6,7 +6,7 @@
 //! station was left out. It is reported as doubted, until the same word comes again. Repetitions of a damaged word are
 //! added up, bit by bit.
 
-use super::{Reading, SURVEY_WORD_BYTES, SurveyWord, SurveyWordError};
+use super::{DecodedQuantity, SURVEY_WORD_BYTES, SurveyWord, SurveyWordError};
 use crate::config::{Earth, SurveyLimits};
 use core::f32::consts::TAU;
 
@@ -110,9 +110,9 @@ impl SurveyReceiver {
             self.doubted = Some(bits);
             return Ok(Received::Doubted(survey));
         }
-        if let Reading::Value(inclination) = survey.inclination_rad {
+        if let DecodedQuantity::Value(inclination) = survey.inclination_rad {
             self.last_rad = match survey.azimuth_rad {
-                Reading::Value(azimuth) => Some([inclination, azimuth]),
+                DecodedQuantity::Value(azimuth) => Some([inclination, azimuth]),
                 _ => None,
             };
         }
@@ -121,16 +121,16 @@ impl SurveyReceiver {
 
     fn is_expected(&self, survey: &SurveyWord) -> bool {
         let Expected { earth, limits, turn_rad, .. } = &self.expected;
-        let near = |reading: Reading, reference: Option<f32>, limit: f32, step: f32| match (reading, reference) {
+        let near = |decoded, reference: Option<f32>, limit: f32, step: f32| match (decoded, reference) {
             (_, None) => true,
-            (Reading::Value(value), Some(reference)) => {
+            (DecodedQuantity::Value(value), Some(reference)) => {
                 (value - reference).abs() <= limits.bad_over_limit * limit + step
             }
             _ => false,
         };
-        let Reading::Value(inclination) = survey.inclination_rad else { return false };
+        let DecodedQuantity::Value(inclination) = survey.inclination_rad else { return false };
         let turned = match (self.last_rad, survey.azimuth_rad) {
-            (Some([last, last_azimuth]), Reading::Value(azimuth)) => {
+            (Some([last, last_azimuth]), DecodedQuantity::Value(azimuth)) => {
                 let around = libm::remainderf(azimuth - last_azimuth, TAU) * libm::sinf(0.5 * (inclination + last));
                 let tilted = inclination - last;
                 tilted * tilted + around * around <= turn_rad * turn_rad

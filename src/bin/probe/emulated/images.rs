@@ -2,7 +2,7 @@
 //! the address space to be read, and kept in the file `images.bin`, which outlives the emulator. Programming clears
 //! bits, erasing sets them.
 //!
-//! `cut.bin`, four bytes, little-endian, if it is there: words programmed and blocks erased from the power-up on, in
+//! `cut.bin`, four bytes, little-endian, if it is there: words programmed and pages erased from the power-up on, in
 //! loader and program together, before the power is cut.
 
 use core::ptr;
@@ -18,7 +18,7 @@ use semihosting::{
 const MAPPED: usize = 0x2100_0000;
 /// Two slots of 1 MiB.
 pub const REGION: usize = 2 * 1024 * 1024;
-const BLOCK: usize = 64 * 1024;
+const PAGE: usize = 64 * 1024;
 const WORD: usize = 4;
 /// Exit status of a run whose power was cut.
 const POWER_CUT: i32 = 3;
@@ -30,7 +30,7 @@ const NEVER: u32 = u32::MAX;
 /// Words behind the flash that loader and program share.
 struct Handover {
     magic: u32,
-    /// Words and blocks before the power is cut.
+    /// Words and pages before the power is cut.
     left: u32,
     /// Slot of the image that runs: 0 or 1.
     running: u32,
@@ -101,7 +101,7 @@ impl Images {
         self.bytes.get(from as usize..).unwrap_or_default()
     }
 
-    /// Counts one word or block more; returns false if the power goes in it.
+    /// Counts one word or page more; returns false if the power goes in it.
     fn spend() -> bool {
         let words = handover();
         match words.left {
@@ -152,16 +152,16 @@ impl ReadNorFlash for Images {
 
 impl NorFlash for Images {
     const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = BLOCK;
+    const ERASE_SIZE: usize = PAGE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), ImagesError> {
         embedded_storage::nor_flash::check_erase(self, from, to).map_err(ImagesError::Arguments)?;
-        for block in (from as usize..to as usize).step_by(BLOCK) {
+        for page in (from as usize..to as usize).step_by(PAGE) {
             let whole = Self::spend();
-            // Half of a block is erased when the power goes in the middle of it.
-            let end = block + if whole { BLOCK } else { BLOCK / 2 };
-            self.bytes.get_mut(block..end).unwrap_or_default().fill(0xFF);
-            self.keep(block, end)?;
+            // Half of a page is erased when the power goes in the middle of it.
+            let end = page + if whole { PAGE } else { PAGE / 2 };
+            self.bytes.get_mut(page..end).unwrap_or_default().fill(0xFF);
+            self.keep(page, end)?;
             if !whole {
                 process::exit(POWER_CUT)
             }
