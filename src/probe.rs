@@ -344,7 +344,7 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
     #[inline(never)]
     pub const fn counters(&self) -> Counters {
         let [reports_lost, overruns] = self.identifier.reports_lost_and_overruns();
-        // Those of the session hold what was counted before the clock went back.
+        // The session's counters hold what was counted before the clock went back.
         let before = self.session.counters;
         Counters {
             overruns: before.overruns.saturating_add(overruns),

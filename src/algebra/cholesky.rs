@@ -23,14 +23,14 @@ impl<T: Real, const N: usize> Cholesky<T, N> {
         Some(factor)
     }
 
-    /// The same, with `least` in place of a pivot that rounding made zero or negative.
+    /// Factorises as [`Cholesky::new`], with `least` in place of a pivot that rounding made zero or negative.
     pub fn new_or_least(count: usize, element: impl Fn(usize, usize) -> T, least: T) -> Self {
         let mut factor = Self::unset();
         factor.fill_or_least(count, element, least);
         factor
     }
 
-    /// The same in place, for a large matrix: the stack then holds no second one.
+    /// Factorises in place, for a large matrix: the stack then holds no second one.
     pub fn fill_or_least(&mut self, count: usize, element: impl Fn(usize, usize) -> T, least: T) {
         if self.factorise(count, element, Some(least)).is_none() {
             *self = Self::unset();

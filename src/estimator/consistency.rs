@@ -60,7 +60,7 @@ impl<T: Real> Consistency<T> {
         self.latest >= INNOVATIONS && self.mean > T::of(DIVERGED)
     }
 
-    /// The same, also after few nodes, with a wider limit.
+    /// Returns true if the innovations are too large; after few nodes with a wider limit.
     pub fn seems_diverged(&self) -> bool {
         let early = 1.0 + DIVERGED_EARLY / libm::sqrtf(f32::from(self.latest));
         self.has_diverged() || self.nis() > DIVERGED && self.nis() > early

@@ -17,16 +17,16 @@ use sums::Sums;
 const INCREMENTS_PER_S: f32 = 25.0;
 /// Most that a probe can turn between two readings for its rotation to be known, rad.
 const MOST_RAD: f32 = 1.5;
-/// Angle from which on an increment ends early, rad: if the true scale is off by d from that of the P that composes it,
-/// the angles across the axis of rotation are off by d angle^2 / 6.
+/// Turn at which an increment ends early, rad. An error d of the gyro's scale makes its angles across the axis of
+/// rotation wrong by d turn^2 / 6.
 const LONGEST_TURN_RAD: f32 = 0.5;
 /// Deviation of the turn in lost samples, rad, from which on it is not bridged: its square is then a hundredth, as much
 /// as a linear model of the turn may leave out.
 const MOST_BRIDGED_RAD: f32 = 0.1;
 /// Turn of an increment with lost samples, rad, from which on these are a gap: a little less than half a turn.
 const MOST_TURNED_RAD: f32 = 3.0;
-/// Time without samples from which on a clock that stepped is as likely, s: ten periods at 100 Hz, after which a part
-/// that is silent is started anew. No sample was lost then, and the turn is not what it seems but none.
+/// Time without samples, s, beyond which the clock may as well have stepped, and the probe not have turned: ten periods
+/// at 100 Hz, after which a silent part is started anew.
 const LONGEST_LOSS_S: f32 = 0.1;
 /// Longest gap in one item, seconds; a longer gap becomes several items.
 const LONGEST_GAP_S: f32 = 1.0;

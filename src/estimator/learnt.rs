@@ -140,10 +140,9 @@ impl<const NODES: usize, const E: usize> Estimator<f32, NODES, E> {
         self.filter.globals.start();
     }
 
-    /// Goes on from the numbers that were set, widened by the drift while the probe was off. P is not taken from them:
-    /// it begins at the model that flew, see [`Estimator::restore`]. That is the mean over widths, inflations and
-    /// scales, which the numbers alone are not: drawn from them anew, P would begin nearer to the factory's than it had
-    /// ended.
+    /// Continues from the root and the mean that were set, inflated by the drift while the probe was off. P begins at
+    /// the model that flew, see [`Estimator::restore`]: a mean over widths, inflations and scales. The stored mean has
+    /// one width alone, and a P from it would be nearer to the factory's.
     ///
     /// # Errors
     /// The numbers are no root; the filter then starts without them.

@@ -116,7 +116,7 @@ pub(super) fn mag_columns<T: Real>(elements: &[T; 9]) -> [T; 8] {
     ]
 }
 
-/// The same for the accelerometer matrix: nine elements, nine columns.
+/// Derivatives by the nine elements of the accelerometer matrix (row-major) as those of its nine columns.
 pub(super) fn accel_columns<T: Real>(elements: &[T; 9]) -> [T; 9] {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *elements;
     let h = T::of(HALF_ROOT);

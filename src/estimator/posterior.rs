@@ -160,7 +160,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
             return Err(Refusal::NoAccelerometer);
         }
         let motion_s = self.course.motion_s.narrow();
-        // State learnt before the power was off counts, but says nothing new before the first motion.
+        // Motion from before the power was off counts once a node of this start has been judged.
         let motion_s = if self.course.consistency.is_empty() { 0.0 } else { motion_s };
         let needed_s = if excludes_start(averaged) { LEAST_MOTION_EXCLUDED_S } else { LEAST_MOTION_S };
         if motion_s < needed_s {

@@ -102,7 +102,7 @@ impl<T: Real, const M: usize> Reflection<T, M> {
         }
     }
 
-    /// The same with two pivots: into the first, then into the second.
+    /// Reflects the columns of two pivots: into the first, then into the second.
     #[inline(never)]
     fn sweep_two<const L: usize>(both: &[Self; 2], pivots: (&mut [T], &mut [T]), rows: &mut [[T; L]; M], from: usize) {
         let [first, second] = both;

@@ -26,7 +26,7 @@ pub struct WindowReport {
     /// deviations, and what a heavier tail of each node's innovations changes. `None` for a window that was refused or
     /// has no rows to search.
     pub cost_before: Option<f32>,
-    /// The same of `fitted`.
+    /// Cost of `fitted` on this window, as `cost_before`.
     pub cost_after: Option<f32>,
     /// Decrease of the cost of the estimator's mean by the search; `None` without a search.
     pub cost_gained_by_search: Option<f32>,

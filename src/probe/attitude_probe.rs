@@ -73,8 +73,8 @@ impl AttitudeProbe {
         self.push_and_read(sample).map(|(output, _)| output)
     }
 
-    /// The same; gives also what an [`Estimator`](crate::estimator::Estimator) takes: raw rate less the earth's,
-    /// calibrated force and field.
+    /// Takes one sample as [`AttitudeProbe::push`] does. Returns also the readings for an
+    /// [`Estimator`](crate::estimator::Estimator): raw rate less the earth's, calibrated force and field.
     // Not inlined: its stack frame would else lie under that of the estimator.
     #[inline(never)]
     pub fn push_and_read(&mut self, sample: &Sample) -> Option<(Output, [Reading; 3])> {

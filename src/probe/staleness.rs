@@ -34,7 +34,7 @@ pub(super) struct Staleness {
     has_turned: [bool; 2],
     /// Consecutive zeros, and repeats while the probe turned, of each axis.
     repeated: [u8; 3],
-    /// The same, of repeats while the probe turned alone.
+    /// Consecutive repeats of each axis while the probe turned, without zeros.
     turned: [u8; 3],
     /// New readings without a repeat, less those that ended repeats take back.
     fresh: u8,

@@ -92,7 +92,7 @@ struct Stretch {
     sum: Vector3<f32>,
     /// Integral of `v w^T`.
     turned: Matrix3<f32>,
-    /// The same under the rising weight.
+    /// Integral of `v w^T` under the rising weight.
     rising: Matrix3<f32>,
     /// Mean and rising integral of the stretch before.
     before: Option<(Vector3<f32>, Matrix3<f32>)>,
@@ -181,7 +181,7 @@ impl MountingCheck {
         self.seen
     }
 
-    /// Those of the turns seen about which the sensors do not agree.
+    /// Seen turns on which the sensors do not agree.
     #[must_use]
     pub const fn wrong(&self) -> TurnFlags {
         self.wrong

@@ -20,8 +20,8 @@ const MAGIC: u16 = 0x574D;
 /// longest record takes a fifth of a millisecond.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&crc::CRC_32_ISCSI);
 
-/// Version of the commands' encoding. The record's check says nothing of what its bytes mean: with another layout of
-/// the configuration this number has to be another one.
+/// Version of the stored commands' encoding. Raise it when the configuration's layout changes: the check of a record
+/// holds for bytes of any layout.
 pub(super) const COMMANDS: u8 = 1;
 
 /// Kind of a record.

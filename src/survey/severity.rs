@@ -47,7 +47,7 @@ impl DrillingDynamics {
         self.lateral_rms_m_s2.map(of_vibration)
     }
 
-    /// Kind of whirl in this window. `None`: lateral vibration is under level 1, the tool does not rotate, or less than
+    /// Kind of whirl in this interval. `None`: lateral vibration is under level 1, the tool does not rotate, or less than
     /// three quarters of the vibration's power turn one way.
     #[must_use]
     pub fn whirl_kind(&self) -> Option<WhirlKind> {
@@ -56,7 +56,7 @@ impl DrillingDynamics {
         if self.lateral_severity()? == 0 || whirl.circularity.abs() < CIRCULAR {
             return None;
         }
-        // Both are above 0 for whirl in the string's direction.
+        // Whirl's speed over the string's, and circularity with the string's sign: above 0 where both turn one way.
         let (around, circularity) = (whirl.rpm / mean_rpm, whirl.circularity * mean_rpm);
         if around <= -0.5 {
             Some(WhirlKind::Backward)

@@ -26,7 +26,7 @@ const AGAINST_UNNAMED: f32 = 3.0;
 const WEIGHED: usize = 6;
 const ELIMINATED: usize = 3;
 
-/// Candidates that compete now.
+/// Candidates that compete in a round of the choice: all, or first the nuisances where they are named, then the effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Competitors {
     All,
@@ -34,7 +34,7 @@ enum Competitors {
     Effects,
 }
 
-/// Next piece that the choice wants.
+/// Work that the choice needs next.
 pub(super) enum Next {
     /// To weigh the candidates that are not chosen yet, from this one on.
     Weigh(usize),

@@ -21,7 +21,7 @@ pub(super) struct Posterior<T> {
 }
 
 impl<T: Real> Posterior<T> {
-    /// The same mean with deviations so many times as large.
+    /// Returns this posterior with each deviation times its factor.
     pub fn scaled(&self, by: &[T; MAX_PARAMETERS]) -> Self {
         let Self { mean, mut covariance } = *self;
         for (row, a) in covariance.iter_mut().zip(by) {

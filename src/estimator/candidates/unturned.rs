@@ -100,7 +100,7 @@ impl<T: Real> Hidden<T> {
         self.unturned = unturned;
     }
 
-    /// Those of the magnetometer's matrix, which own the first rows from then on.
+    /// Hidden columns of the magnetometer's matrix, which own the first rows from then on.
     pub fn of_matrix(&self) -> impl Iterator<Item = ColumnId> {
         self.columns.iter().copied().take_while(|column| !IRON.has(*column))
     }

@@ -90,7 +90,7 @@ fn the_fields_derivatives_are_those_of_a_late_magnetometer() {
             sums(&errors).0
         };
         let difference = (shifted(STEP) - shifted(-STEP)) / (2.0 * STEP);
-        // Those of a rotation are exact to the first order of an increment's angle.
+        // Derivatives by a rotation are exact to the first order of an increment's angle.
         let least = if k < 13 { 1e-6 } else { 0.01 };
         assert!((difference - by).norm() < least * (1.0 + by.norm()), "{k}: {difference:?} {by:?}");
     }

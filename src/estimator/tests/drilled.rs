@@ -22,7 +22,7 @@ fn estimator() -> Box<Estimator<f64>> {
     estimator
 }
 
-/// The same after a run of samples.
+/// An estimator in a drill string after a run of samples.
 fn drilled(samples: &[(u64, [Reading; 3])]) -> Box<Estimator<f64>> {
     played(estimator(), samples)
 }

@@ -12,7 +12,7 @@ fn toolfaces(inclination_deg: f32, of: impl Fn(f32) -> (f32, f32)) -> heapless::
     toolfaces_with(inclination_deg, |_| AttitudeFlags::empty(), of)
 }
 
-/// The same, with flags of the attitude.
+/// All toolfaces of 40 s, with flags of the attitude at a time in seconds.
 fn toolfaces_with(
     inclination_deg: f32,
     flags: impl Fn(f32) -> AttitudeFlags,

@@ -72,7 +72,7 @@ pub struct SelfTest {
     pub field_nt: Option<u32>,
     /// Turns about the axes of the probe that have been seen well enough to judge.
     pub turns_seen: TurnFlags,
-    /// Those of them on which the sensors do not agree: a wrong sign, unit or axis.
+    /// Seen turns on which the sensors do not agree: a wrong sign, unit or axis.
     pub turns_wrong: TurnFlags,
 }
 
