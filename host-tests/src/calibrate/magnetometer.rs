@@ -3,7 +3,10 @@
 
 use meerkat_mwd::{
     Sample, SampleFlags,
-    compensation::{VectorModel, effects::LIBRARY},
+    compensation::{
+        Effect, VectorModel,
+        effects::{HardIron, SoftIron},
+    },
 };
 use nalgebra::{Matrix4, Vector3, Vector4};
 
@@ -46,11 +49,8 @@ pub fn turn(samples: &[Sample]) -> Vec<Vector3<f64>> {
 /// Prior of a magnetometer without a calibration: the largest soft and hard iron that the library believes.
 #[must_use]
 pub fn prior() -> Parameters {
-    let largest = |name: &str| {
-        let effect = LIBRARY.iter().find(|effect| effect.name() == name);
-        effect.and_then(|effect| effect.parameters().first()).map_or(1.0, |parameter| f64::from(parameter.largest))
-    };
-    let (soft, hard_ut) = (largest("soft_iron"), largest("hard_iron"));
+    let largest = |effect: &dyn Effect| effect.parameters().first().map_or(1.0, |first| f64::from(first.largest));
+    let (soft, hard_ut) = (largest(&SoftIron), largest(&HardIron));
     Parameters::from_fn(|k, _| if k < 6 { soft } else { hard_ut })
 }
 

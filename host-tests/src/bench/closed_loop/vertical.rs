@@ -1,7 +1,14 @@
 //! Accelerometer bias and turned axes of the magnetometer in a vertical hole, which resemble each other there.
 
 use anyhow::Context;
-use meerkat_mwd::{Config, compensation::effects::LIBRARY, diagnosis::DiagnosisReport};
+use meerkat_mwd::{
+    Config,
+    compensation::{
+        Effect,
+        effects::{AccelBias, LIBRARY, MagMisalignment},
+    },
+    diagnosis::DiagnosisReport,
+};
 
 use crate::bench::effects::trial::drilled;
 use testbed::study::{Cell, Effort, Table, median, median_and_worst, seeds::each_seed};
@@ -17,8 +24,8 @@ use testbed::{
 /// Length of a run, seconds.
 const DURATION_S: f64 = 205.0;
 
-/// Names of the two errors.
-const BOTH: [&str; 2] = ["accel_bias", "mag_misalignment"];
+/// The two errors.
+const BOTH: [&dyn Effect; 2] = [&AccelBias, &MagMisalignment];
 
 /// First seed; no other table of effects uses these seeds.
 const FIRST_SEED: u64 = 50_000;
@@ -91,16 +98,16 @@ fn flown(seed: u64, add: fn(&mut Scenario, &mut Random)) -> anyhow::Result<Run> 
     let rates = trace.true_rate.as_deref().context("the true rate")?;
     let fitted = window.fitted.p.as_flattened();
     Ok(Run {
-        named: BOTH.map(|name| names(diagnosis, name).0),
-        told: BOTH.map(|name| names(diagnosis, name).1),
+        named: BOTH.map(|effect| names(diagnosis, effect).0),
+        told: BOTH.map(|effect| names(diagnosis, effect).1),
         nees: normalised(fitted, &covariance(window), &p_of(&truth.gyro)).context("a covariance")?,
         error_deg_s: systematic_rate_error_rad_s(&truth.gyro, &window.flown, rates).context("a rate")?.to_degrees(),
     })
 }
 
 /// True if an effect is named, and true if it is named or an alias of one that is.
-fn names(report: &DiagnosisReport, name: &str) -> (bool, bool) {
-    let index = LIBRARY.iter().position(|effect| effect.name() == name);
+fn names(report: &DiagnosisReport, own: &dyn Effect) -> (bool, bool) {
+    let index = LIBRARY.iter().position(|effect| effect.name() == own.name());
     let is_own = |index: usize| report.found().any(|found| usize::from(found.found.index) == index);
     let is_rival = |index: usize| report.found().any(|found| found.rivals >> index & 1 == 1);
     index.map_or((false, false), |index| (is_own(index), is_own(index) || is_rival(index)))

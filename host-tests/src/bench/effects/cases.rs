@@ -3,7 +3,14 @@
 use std::sync::LazyLock;
 
 use meerkat_mwd::{
-    compensation::{Effect, effects::LIBRARY},
+    compensation::{
+        Effect,
+        effects::{
+            AccelBias, AccelLag, AccelScale, AxialInterference, EddyLag, GSensitivity, GyroBiasStep,
+            GyroBiasTemperature, GyroLag, GyroScaleAsymmetry, GyroScaleNonlinearity, GyroScaleTemperature, HardIron,
+            LIBRARY, LeverArm, MagLag, SoftIron, VibrationRectification,
+        },
+    },
     diagnosis::Verdict,
 };
 
@@ -15,18 +22,22 @@ use testbed::simulate::{MountRotation, Random, Scenario, Temperature};
 
 /// The library without soft iron.
 static WITHOUT_SOFT_IRON: LazyLock<Vec<&dyn Effect>> =
-    LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != "soft_iron").collect());
+    LazyLock::new(|| LIBRARY.into_iter().filter(|effect| effect.name() != SoftIron.name()).collect());
 
 /// Errors of accelerometer and magnetometer, of which every part has some within its data sheet.
-pub(in crate::bench) const OF_VECTORS: [&str; 5] =
-    ["hard_iron", "soft_iron", "axial_interference", "accel_bias", "accel_scale"];
+const OF_VECTORS: [&dyn Effect; 5] = [&HardIron, &SoftIron, &AxialInterference, &AccelBias, &AccelScale];
+
+/// Returns true if a name is that of an error of accelerometer or magnetometer which every part has.
+pub(in crate::bench) fn is_of_vectors(name: &str) -> bool {
+    OF_VECTORS.iter().any(|effect| effect.name() == name)
+}
 
 /// One case.
 pub(in crate::bench) struct Case {
     pub name: &'static str,
-    /// Accepted names for each effect of the case: its own, and those it cannot be told from. Empty if there
-    /// is no effect, or none like the library's.
-    pub names: &'static [&'static [&'static str]],
+    /// Effects that are accepted for each effect of the case: itself, and those it cannot be told from. Empty if
+    /// there is no effect, or none like the library's.
+    pub effects: &'static [&'static [&'static dyn Effect]],
     /// Adds the effects, with sizes drawn from the range of data sheets.
     pub add: fn(&mut Scenario, &mut Random),
 }
@@ -41,7 +52,7 @@ impl Case {
     }
     /// Returns true if the case is one effect of the library.
     pub(in crate::bench) fn is_alone(&self) -> bool {
-        self.names.len() == 1 && !self.is_outside()
+        self.effects.len() == 1 && !self.is_outside()
     }
     /// Returns true if the case is a soft iron that the library lacks.
     fn is_outside(&self) -> bool {
@@ -49,7 +60,7 @@ impl Case {
     }
     /// Name of the case's effect; of the first if there are several.
     pub(super) fn own_name(&self) -> Option<&'static str> {
-        self.names.first().and_then(|names| names.first()).copied()
+        self.effects.first()?.first().map(|effect| effect.name())
     }
     /// True if what was drawn can be seen and matters; `None` unless it is one effect. Soft iron equals turned
     /// axes and a hard iron, apart from its symmetric part across the tool axis: if the library lacks it,
@@ -73,11 +84,11 @@ impl Case {
     }
     /// Returns true if a name is that of one of the effects, or of one that cannot be told from it.
     pub(in crate::bench) fn allows(&self, name: &str) -> bool {
-        self.names.iter().any(|names| names.contains(&name))
+        self.effects.iter().copied().flatten().any(|effect| effect.name() == name)
     }
     /// Returns true if all effects are among the names found.
     pub(super) fn is_named_by(&self, found: &[&str]) -> bool {
-        self.names.iter().all(|names| found.iter().any(|name| names.contains(name)))
+        self.effects.iter().all(|alike| alike.iter().any(|effect| found.contains(&effect.name())))
     }
 }
 
@@ -104,53 +115,49 @@ fn matrix(random: &mut Random, largest: f64) -> [[f64; 3]; 3] {
 
 /// All cases.
 pub(in crate::bench) const CASES: &[Case] = &[
-    Case { name: "nothing", names: &[], add: |_, _| {} },
-    Case {
-        name: "mag_lag",
-        names: &[&["mag_lag", "eddy_lag"]],
-        add: |s, r| s.effects.mag_lag_ms = r.between(4.0, 15.0),
-    },
-    Case { name: "gyro_lag", names: &[&["gyro_lag"]], add: |s, r| s.effects.gyro_lag_ms = r.between(3.0, 8.0) },
+    Case { name: "nothing", effects: &[], add: |_, _| {} },
+    Case { name: "mag_lag", effects: &[&[&MagLag, &EddyLag]], add: |s, r| s.effects.mag_lag_ms = r.between(4.0, 15.0) },
+    Case { name: "gyro_lag", effects: &[&[&GyroLag]], add: |s, r| s.effects.gyro_lag_ms = r.between(3.0, 8.0) },
     Case {
         name: "hard_iron",
-        names: &[&["hard_iron", "axial_interference", "soft_iron"]],
+        effects: &[&[&HardIron, &AxialInterference, &SoftIron]],
         add: |s, r| s.effects.hard_iron_ut = vector(r, 8.0),
     },
     Case {
         name: "soft_iron",
-        names: &[&["soft_iron", "hard_iron", "axial_interference"]],
+        effects: &[&[&SoftIron, &HardIron, &AxialInterference]],
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.03),
     },
-    Case { name: "accel_bias", names: &[&["accel_bias"]], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
-    Case { name: "lever_arm", names: &[&["lever_arm"]], add: |s, r| s.effects.lever_arm_mm = vector(r, 50.0) },
+    Case { name: "accel_bias", effects: &[&[&AccelBias]], add: |s, r| s.effects.accel_bias_m_s2 = vector(r, 0.5) },
+    Case { name: "lever_arm", effects: &[&[&LeverArm]], add: |s, r| s.effects.lever_arm_mm = vector(r, 50.0) },
     Case {
         name: "accel_lag",
-        names: &[&["accel_lag", "gyro_lag"]],
+        effects: &[&[&AccelLag, &GyroLag]],
         add: |s, r| s.effects.accel_lag_ms = 10.0 * (1.0 + r.between(0.0, 2.0).floor()),
     },
     Case {
         name: "eddy_lag",
-        names: &[&["eddy_lag", "mag_lag"]],
+        effects: &[&[&EddyLag, &MagLag]],
         add: |s, r| s.effects.eddy_lag_ms = r.between(1.0, 4.0),
     },
     Case {
         name: "axial_interference",
-        names: &[&["axial_interference", "hard_iron", "soft_iron"]],
+        effects: &[&[&AxialInterference, &HardIron, &SoftIron]],
         add: |s, r| s.effects.hard_iron_ut = [0.0, 0.0, r.sign() * r.between(3.0, 8.0)],
     },
     Case {
         name: "g_sensitivity",
-        names: &[&["g_sensitivity"]],
+        effects: &[&[&GSensitivity]],
         add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.1),
     },
     Case {
         name: "g_sensitivity, three times as large",
-        names: &[&["g_sensitivity"]],
+        effects: &[&[&GSensitivity]],
         add: |s, r| s.effects.g_sensitivity_deg_s_g = matrix(r, 0.3),
     },
     Case {
         name: "gyro_bias_temperature",
-        names: &[&["gyro_bias_temperature"]],
+        effects: &[&[&GyroBiasTemperature]],
         add: |s, r| {
             s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
             s.effects.gyro_bias_temperature_deg_s_c = vector(r, 0.05);
@@ -158,7 +165,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "gyro_scale_temperature",
-        names: &[&["gyro_scale_temperature"]],
+        effects: &[&[&GyroScaleTemperature]],
         add: |s, r| {
             s.temperature = Some(Temperature { start_c: 40.0, end_c: Some(80.0), ..Temperature::default() });
             s.effects.gyro_scale_temperature_percent_c = vector(r, 0.05);
@@ -166,7 +173,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "gyro_bias_step",
-        names: &[&["gyro_bias_step"]],
+        effects: &[&[&GyroBiasStep]],
         add: |s, r| {
             (s.effects.bias_step_deg_s, s.effects.bias_step_after_s) = (vector(r, 0.5), r.between(76.0, 100.0));
             s.shocks.peak_g = [15.0, 20.0];
@@ -174,17 +181,17 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "vibration_rectification",
-        names: &[&["vibration_rectification"]],
+        effects: &[&[&VibrationRectification]],
         add: |s, r| s.effects.vibration_rectification_deg_s_g2 = vector(r, 1.0),
     },
     Case {
         name: "gyro_scale_nonlinearity",
-        names: &[&["gyro_scale_nonlinearity"]],
+        effects: &[&[&GyroScaleNonlinearity]],
         add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-3),
     },
     Case {
         name: "gyro_scale_asymmetry",
-        names: &[&["gyro_scale_asymmetry"]],
+        effects: &[&[&GyroScaleAsymmetry]],
         add: |s, r| {
             s.rotation.stick_slip = 1.4;
             s.effects.gyro_scale_asymmetry = vector(r, 0.01);
@@ -192,7 +199,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "outside: periodic bias",
-        names: &[],
+        effects: &[],
         add: |s, r| {
             s.effects.periodic_bias_deg_s = vector(r, 0.5);
             s.effects.periodic_bias_period_s = r.between(5.0, 15.0);
@@ -200,7 +207,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "outside: a gyro that turns in its mount",
-        names: &[],
+        effects: &[],
         add: |s, r| {
             s.effects.mount_rotation =
                 Some(MountRotation { from_s: r.between(70.0, 95.0), rotation_deg: vector(r, 2.0), ramp_s: 1.0 });
@@ -208,13 +215,13 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: SOFT_IRON_OUTSIDE,
-        names: &[&["hard_iron", "axial_interference"]],
+        effects: &[&[&HardIron, &AxialInterference]],
         // Mean 1 %.
         add: |s, r| s.effects.mag_matrix = matrix(r, 0.0133),
     },
     Case {
         name: SYMMETRIC_OUTSIDE,
-        names: &[&["hard_iron", "axial_interference"]],
+        effects: &[&[&HardIron, &AxialInterference]],
         // Iron magnetised along the field: the axes have not turned.
         add: |s, r| {
             let drawn = matrix(r, 0.0133);
@@ -223,7 +230,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag and hard_iron",
-        names: &[&["mag_lag", "eddy_lag"], &["hard_iron", "axial_interference"]],
+        effects: &[&[&MagLag, &EddyLag], &[&HardIron, &AxialInterference]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.effects.hard_iron_ut = vector(r, 8.0);
@@ -231,7 +238,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     },
     Case {
         name: "mag_lag, lever_arm and g_sensitivity",
-        names: &[&["mag_lag", "eddy_lag"], &["lever_arm"], &["g_sensitivity"]],
+        effects: &[&[&MagLag, &EddyLag], &[&LeverArm], &[&GSensitivity]],
         add: |s, r| {
             s.effects.mag_lag_ms = r.between(4.0, 15.0);
             s.effects.lever_arm_mm = vector(r, 50.0);

@@ -95,7 +95,7 @@ fn name_cells(case: &Case, trials: &[Trial]) -> Vec<Cell> {
     let observable = if is_told { format!("{met} of {observable}") } else { String::new() };
     vec![
         case.name.into(),
-        if case.names.is_empty() { Cell::from("-") } else { share(&|outcome| case.is_named_by(&outcome.names)) },
+        if case.effects.is_empty() { Cell::from("-") } else { share(&|outcome| case.is_named_by(&outcome.names)) },
         share(&|outcome| outcome.names.iter().any(|name| !case.allows(name))),
         share(&|outcome| outcome.verdict == Some(Verdict::UnexplainedResidual)),
         observable.into(),

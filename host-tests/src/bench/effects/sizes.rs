@@ -1,10 +1,17 @@
 //! Sizes that are found, against those that were drawn: how often the truth lies within the stated deviations.
 
-use meerkat_mwd::compensation::GyroModel;
-use nalgebra::Vector3;
+use meerkat_mwd::compensation::{
+    Effect, GyroModel,
+    effects::{
+        AccelBias, AccelLag, AxialInterference, EddyLag, GSensitivity, GyroBiasStep, GyroBiasTemperature, GyroLag,
+        GyroScaleAsymmetry, GyroScaleNonlinearity, GyroScaleTemperature, HardIron, LeverArm, MagLag,
+        VibrationRectification,
+    },
+};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Trial, cases::Case};
-use testbed::simulate::Scenario;
+use testbed::simulate::{Effects, Scenario};
 use testbed::study::{Cell, Table, median, rms};
 
 /// Share of a normal distribution within one and within two deviations, percent.
@@ -16,37 +23,44 @@ const NORMAL_PERCENT: [u32; 2] = [68, 95];
 /// The simulator adds the gyro's effects to its reading, the library takes them out of the compensated rate: between
 /// the two stands P. A factor k u^3 of each axis has k / P_ii^2 there, but for P's other elements.
 pub(super) fn drawn(case: &Case, scenario: &Scenario, gyro: &GyroModel) -> Option<Vec<f64>> {
-    let effects = &scenario.effects;
     let own = case.own_name().filter(|_| case.is_alone())?;
-    let p = gyro.p_matrix().cast::<f64>();
-    let compensated = |v: [f64; 3]| (p * Vector3::from(v)).iter().copied().collect::<Vec<f64>>();
-    Some(match own {
-        "mag_lag" => vec![effects.mag_lag_ms],
-        "gyro_lag" => vec![effects.gyro_lag_ms],
-        "accel_lag" => vec![effects.accel_lag_ms],
-        "eddy_lag" => vec![effects.eddy_lag_ms],
-        "hard_iron" => effects.hard_iron_ut.to_vec(),
-        "axial_interference" => vec![effects.hard_iron_ut[2]],
-        "accel_bias" => effects.accel_bias_m_s2.to_vec(),
-        "lever_arm" => effects.lever_arm_mm.to_vec(),
-        // Row by row.
-        "g_sensitivity" => {
-            let [x, y, z] = effects.g_sensitivity_deg_s_g;
-            let columns = [0, 1, 2].map(|k| compensated([x[k], y[k], z[k]]));
-            (0..3).flat_map(|row| columns.iter().filter_map(move |column| column.get(row))).copied().collect()
-        }
-        "gyro_bias_temperature" => compensated(effects.gyro_bias_temperature_deg_s_c),
-        "gyro_scale_temperature" => effects.gyro_scale_temperature_percent_c.to_vec(),
-        "gyro_bias_step" => compensated(effects.bias_step_deg_s),
-        "vibration_rectification" => compensated(effects.vibration_rectification_deg_s_g2),
-        "gyro_scale_nonlinearity" => {
-            let scales = p.diagonal();
-            let cubes = effects.gyro_scale_nonlinearity_s2_rad2.iter().zip(scales.iter());
-            cubes.map(|(k, scale)| k / (scale * scale)).collect()
-        }
-        "gyro_scale_asymmetry" => effects.gyro_scale_asymmetry.map(|share| 100.0 * share).to_vec(),
-        _ => return None,
-    })
+    let (_, sizes) = SIZES.iter().find(|(effect, _)| effect.name() == own)?;
+    Some(sizes(&scenario.effects, &gyro.p_matrix().cast::<f64>()))
+}
+
+/// Sizes of an effect among those that were drawn, by the gyro's P.
+type Sizes = fn(&Effects, &Matrix3<f64>) -> Vec<f64>;
+
+const SIZES: [(&dyn Effect, Sizes); 15] = [
+    (&MagLag, |drawn, _| vec![drawn.mag_lag_ms]),
+    (&GyroLag, |drawn, _| vec![drawn.gyro_lag_ms]),
+    (&AccelLag, |drawn, _| vec![drawn.accel_lag_ms]),
+    (&EddyLag, |drawn, _| vec![drawn.eddy_lag_ms]),
+    (&HardIron, |drawn, _| drawn.hard_iron_ut.to_vec()),
+    (&AxialInterference, |drawn, _| vec![drawn.hard_iron_ut[2]]),
+    (&AccelBias, |drawn, _| drawn.accel_bias_m_s2.to_vec()),
+    (&LeverArm, |drawn, _| drawn.lever_arm_mm.to_vec()),
+    // Row by row.
+    (&GSensitivity, |drawn, p| {
+        let [x, y, z] = drawn.g_sensitivity_deg_s_g;
+        let columns = [0, 1, 2].map(|k| compensated(p, [x[k], y[k], z[k]]));
+        (0..3).flat_map(|row| columns.iter().filter_map(move |column| column.get(row))).copied().collect()
+    }),
+    (&GyroBiasTemperature, |drawn, p| compensated(p, drawn.gyro_bias_temperature_deg_s_c)),
+    (&GyroScaleTemperature, |drawn, _| drawn.gyro_scale_temperature_percent_c.to_vec()),
+    (&GyroBiasStep, |drawn, p| compensated(p, drawn.bias_step_deg_s)),
+    (&VibrationRectification, |drawn, p| compensated(p, drawn.vibration_rectification_deg_s_g2)),
+    (&GyroScaleNonlinearity, |drawn, p| {
+        let scales = p.diagonal();
+        let cubes = drawn.gyro_scale_nonlinearity_s2_rad2.iter().zip(scales.iter());
+        cubes.map(|(k, scale)| k / (scale * scale)).collect()
+    }),
+    (&GyroScaleAsymmetry, |drawn, _| drawn.gyro_scale_asymmetry.map(|share| 100.0 * share).to_vec()),
+];
+
+/// An effect of the gyro's reading as one of the compensated rate.
+fn compensated(p: &Matrix3<f64>, reading: [f64; 3]) -> Vec<f64> {
+    (p * Vector3::from(reading)).iter().copied().collect()
 }
 
 pub(super) fn table(hole: &str) -> Table {

@@ -106,7 +106,7 @@ mod tests {
         for name in GROUPS.iter().copied().flatten() {
             let case = CASES.iter().find(|case| case.name == *name).unwrap();
             assert!(
-                case.names.len() == 1 && LIBRARY.iter().any(|effect| Some(effect.name()) == case.own_name()),
+                case.effects.len() == 1 && LIBRARY.iter().any(|effect| Some(effect.name()) == case.own_name()),
                 "{name}"
             );
         }

@@ -4,7 +4,7 @@ pub(super) mod blind;
 mod cases;
 
 use super::effects::{
-    cases::OF_VECTORS,
+    cases::is_of_vectors,
     trial::{Outcome, attitude_error_deg},
 };
 use super::worse::{MATTERS_DEG, is_worse_by_what_matters};
@@ -73,7 +73,7 @@ impl Trial {
 
     /// Names other than the case's: of errors that are there in every run, or of ones that are not there.
     fn others(&self, case: &Case, are_there: bool) -> Vec<&'static str> {
-        let is_other = |name: &&str| !case.names.contains(name) && OF_VECTORS.contains(name) == are_there;
+        let is_other = |name: &&str| !case.names.contains(name) && is_of_vectors(name) == are_there;
         self.outcome.names.iter().copied().filter(is_other).collect()
     }
 

@@ -1,6 +1,6 @@
 //! A tool in its hole, drawn whole: motion, place, sensors and up to three effects.
 
-use crate::bench::effects::cases::{CASES, Case, OF_VECTORS};
+use crate::bench::effects::cases::{CASES, Case, is_of_vectors};
 use testbed::simulate::{
     Accelerometer, EarthSettings, Gyro, Hole, Magnetometer, Random, Rotation, Scenario, ShockSettings, Vibration,
     Wobble,
@@ -35,7 +35,7 @@ pub(super) struct Drawn {
 impl Drawn {
     /// Returns true if what has this name is there, or cannot be told from what is.
     pub fn allows(&self, name: &str) -> bool {
-        self.cases.iter().any(|case| case.allows(name)) || (self.are_vectors_off && OF_VECTORS.contains(&name))
+        self.cases.iter().any(|case| case.allows(name)) || (self.are_vectors_off && is_of_vectors(name))
     }
 
     /// Description for the reader of a table.
