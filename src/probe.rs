@@ -296,8 +296,8 @@ impl<const NODES: usize, const COLUMNS: usize, const REPORTS: usize> Probe<NODES
         self.poll_budget_at(USUAL_CLOCK_HZ)
     }
 
-    /// Budget for [`Probe::poll`] after each sample, in units of work, on a chip that runs at `clock_hz`. At 64 MHz
-    /// some increments of hard motion by hand may be late; they are counted.
+    /// Budget for [`Probe::poll`] after each sample, in units of work, on a chip that runs at `clock_hz`. From 64 MHz
+    /// on nothing of the bundled recordings is late; what is late is counted.
     #[must_use]
     pub const fn poll_budget_at(&self, clock_hz: u32) -> u32 {
         let Some(samples_per_second) = 1_000_000_u32.checked_div(self.config.sample_period_us) else { return 0 };
