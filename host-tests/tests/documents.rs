@@ -174,7 +174,7 @@ fn unclear_comments(text: &str) -> Vec<usize> {
     let (mut found, mut before) = (Vec::new(), "");
     for (index, line) in text.lines().enumerate() {
         let comment = line.trim_start();
-        // Documentation of a module or an item, or a comment; a paragraph begins after anything else, or a line of none.
+        // A paragraph begins after another kind of line, or after one without a word.
         let kind = ["//!", "///", "//"].into_iter().find(|kind| comment.starts_with(kind)).unwrap_or("");
         let words = comment[kind.len()..].trim();
         let first = words.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");

@@ -77,8 +77,8 @@ impl<T: Real> Globals<T> {
         sum
     }
 
-    /// Vector and factor of process noise: C + q e e^T, noise of variance q (in squared units of the prior's width) on one
-    /// global, is, of the information's root, (I - beta u u^T) R with u = R e. Returns `None` for no noise.
+    /// Vector and factor of process noise: C + q e e^T, noise of variance q (in squared units of the prior's width) on
+    /// one global, is, of the information's root, (I - beta u u^T) R with u = R e. Returns `None` for no noise.
     pub fn process_noise(&self, global: usize, variance: T) -> Option<([T; GLOBALS], T)> {
         if variance <= T::ZERO {
             return None;

@@ -47,8 +47,8 @@ impl DrillingDynamics {
         self.lateral_rms_m_s2.map(of_vibration)
     }
 
-    /// Kind of whirl in this interval. `None`: lateral vibration is under level 1, the tool does not rotate, or less than
-    /// three quarters of the vibration's power turn one way.
+    /// Kind of whirl in this interval. `None`: lateral vibration is under level 1, the tool does not rotate, or less
+    /// than three quarters of the vibration's power turn one way.
     #[must_use]
     pub fn whirl_kind(&self) -> Option<WhirlKind> {
         let Rotation { mean_rpm, stick_slip_index: Some(_), .. } = self.rotation? else { return None };

@@ -26,7 +26,7 @@ const AGAINST_UNNAMED: f32 = 3.0;
 const WEIGHED: usize = 6;
 const ELIMINATED: usize = 3;
 
-/// Candidates that compete in a round of the choice: all, or first the nuisances where they are named, then the effects.
+/// Candidates that compete in a round of the choice: all, or where nuisances are named these first, then the effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Competitors {
     All,
