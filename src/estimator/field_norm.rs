@@ -1,6 +1,6 @@
 //! Norm of the field that is read, against its usual value: a node whose norm differs is disturbed.
 //!
-//! The paper's eq 8 refuses a field that errs by more than half; here the error of the norm widens the field's noise.
+//! The paper's eq 8 refuses a field that errs by more than half; here the error of the norm inflates the field's noise.
 
 use super::{preintegration::Preintegration, real::Real};
 

@@ -53,7 +53,7 @@ pub(super) enum Task {
     AbsorbingOwn(usize),
     /// Weighs the effects.
     Weighing,
-    /// Widens each global that walks, from this column on.
+    /// Adds process noise to each global that walks, from this column on.
     AddingNoise(usize),
     /// Makes the root with the noise triangular, from this column on.
     Walking(usize),
@@ -376,7 +376,7 @@ impl<T: Real, const NODES: usize, const E: usize> Filter<T, NODES, E> {
         self.task = Task::Idle;
     }
 
-    /// Widens the next global that walks, from a column on.
+    /// Adds process noise to the next global that walks, from a column on.
     #[inline(never)]
     fn add_process_noise(&mut self, from: usize) {
         for (column, sigma) in self.prior.sigma.iter().enumerate().skip(from) {

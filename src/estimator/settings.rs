@@ -47,8 +47,8 @@ pub struct Noise {
     pub freedom: f32,
     /// True if the earth's field is the same over the whole path. Then a field is disturbed if its norm differs from
     /// that of the estimated field, and if it contradicts by a turn alone the gyro is wrong. Else a field is disturbed
-    /// if its norm differs from the mean of earlier norms, each calibrated as it was at its time; this also widens the
-    /// noise as long as the calibration moves.
+    /// if its norm differs from the mean of earlier norms, each calibrated as it was at its time; this also inflates
+    /// the noise as long as the calibration moves.
     pub field_is_even: bool,
     /// True if predicted gravity, not the read force, multiplies the accelerometer's errors: where vibration is larger
     /// than gravity.
