@@ -241,6 +241,16 @@ impl ErrorState {
         self.scale = ScaleErrors::new(deviations);
     }
 
+    /// Ends the estimate of the scale's errors.
+    pub(crate) const fn leave_scale(&mut self) {
+        self.scale = ScaleErrors::NONE;
+    }
+
+    /// Returns true while the scale's errors are states.
+    pub(crate) const fn estimates_scale(&self) -> bool {
+        self.scale.is_estimated()
+    }
+
     /// Sum of the variances of the scale's three errors by which a rate about one axis is wrong; 0 where they are not
     /// estimated.
     pub(crate) fn scale_variance_of_axis(&self, axis: usize) -> f32 {

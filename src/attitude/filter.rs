@@ -372,7 +372,8 @@ impl AttitudeFilter {
         }
         heading.note_agreement(agreed, step.time_s);
 
-        if !state.correct(&settings.config) && settings.estimates_scale() {
+        let estimates_scale = state.errors.estimates_scale();
+        if !state.correct(&settings.config) && estimates_scale {
             sensors.scale_sigma = gyro_scale::start(state, settings);
         }
         gyro_scale::compare_priors(state, step.time_s, settings);

@@ -1,5 +1,5 @@
-//! Error of the gyro's scale factors and couplings as a state: a probe carried by hand turns in every direction, so
-//! that gravity and field show it within seconds, long before an identified model flies.
+//! Error of the gyro's scale factors and couplings as a state: gravity and field show it within seconds of turning, long
+//! before an identified model flies.
 
 use super::{
     error_state::SCALES,
@@ -23,24 +23,28 @@ pub(super) fn constant_part(gyro_scale_sigma: f32) -> f32 {
     gyro_scale_sigma * core::f32::consts::FRAC_1_SQRT_2
 }
 
-/// By hand, starts to estimate the scale of a gyro of which no more is known than its data sheet. Returns the deviation
-/// of the part of the scale's error that stays noise.
+/// Starts to estimate the scale of a gyro of which no more is known than its data sheet. Returns the deviation of the
+/// part of the scale's error that stays noise.
 pub(super) fn start(state: &mut State, settings: &Settings) -> f32 {
-    let stated = settings.config.gyro_scale_sigma;
-    if !settings.estimates_scale() {
-        return stated;
-    }
-    let constant = constant_part(stated);
+    let constant = constant_part(settings.config.gyro_scale_sigma);
     state.errors.estimate_scale(&[constant; SCALES]);
     state.scale = GyroScale { by_data_sheet: true, ..GyroScale::ZERO };
     // The other half of the variance.
     constant
 }
 
-/// Starts the scale's estimate anew under a gyro model whose P is known with these deviations.
-pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES]) {
+/// Ends the estimate of the scale that flew with another gyro model. Under this one, whose P is known with these
+/// deviations, it starts anew by hand. On a drill string, which rotates about one axis, what is left of the scale's
+/// error is noise and, in a sustained rotation, a bias. Returns the deviation of the part that is noise.
+pub(super) fn identified(state: &mut State, deviations: &[f32; SCALES], settings: &Settings) -> f32 {
+    if settings.goes_round {
+        state.errors.leave_scale();
+        state.scale = GyroScale::ZERO;
+        return settings.config.gyro_scale_sigma;
+    }
     state.errors.estimate_scale(deviations);
     state.scale = GyroScale { is_identified: true, ..GyroScale::ZERO };
+    constant_part(settings.config.gyro_scale_sigma)
 }
 
 /// Replaces the data sheet's prior by that of an uncalibrated gyro once that is twenty times as

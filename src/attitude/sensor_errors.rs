@@ -68,24 +68,25 @@ impl SensorErrors {
         let config = &settings.config;
         // What has been learnt of the rate's error stays valid under the new model, at the rate at which it was
         // learnt: in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
-        let at = if settings.estimates_scale() { Vector3::zeros() } else { *rate_rad_s };
-        let raw = turned_back(old, &at) + Vector3::from(old.b_rad_s);
+        let at = if settings.goes_round { *rate_rad_s } else { Vector3::zeros() };
+        // With the former P goes what was found of its scale.
+        let of_scale = if old.p == new.p { Vector3::zeros() } else { state.scale.errors * at };
+        let raw = turned_back(old, &(at - of_scale)) + Vector3::from(old.b_rad_s);
         state.bias_rad_s += new.p_matrix() * (raw - Vector3::from(new.b_rad_s)) - at;
         if old.p == new.p {
             return false;
         }
         let (change, is_other) = self.surprise(state, &old.p_matrix(), &new.p_matrix());
-        let white = if settings.estimates_scale() {
-            let mut deviations = [0.0; SCALES];
-            deviations.iter_mut().zip(sigma).for_each(|(to, sigma)| *to = between(*sigma, LEAST_SCALE, 1.0));
-            gyro_scale::identified(state, &deviations);
-            gyro_scale::constant_part(config.gyro_scale_sigma)
-        } else {
-            config.gyro_scale_sigma
-        };
+        let mut deviations = [0.0; SCALES];
+        deviations.iter_mut().zip(sigma).for_each(|(to, sigma)| *to = between(*sigma, LEAST_SCALE, 1.0));
+        let was_estimated = state.errors.estimates_scale();
+        let white = gyro_scale::identified(state, &deviations, settings);
         if !is_other {
             // P changes as the filter expected: the former model was not wrong by more than that.
-            if !settings.estimates_scale() {
+            if settings.goes_round {
+                if was_estimated {
+                    self.scale_sigma = white;
+                }
                 Self::adopt(state, &at, sigma, config.gyro_bias_sigma_rad_s);
             }
             return false;

@@ -35,10 +35,4 @@ impl Settings {
         });
         Self { config: *config, earth: *earth, earth_rate_ned_rad_s: rate, goes_round: motion == Motion::DrillString }
     }
-
-    /// Returns true if the gyro's scale is a state of the filter. On a drill string the rotation is about one axis, and
-    /// an error of the gyro's scale acts as a bias.
-    pub const fn estimates_scale(&self) -> bool {
-        !self.goes_round
-    }
 }

@@ -15,8 +15,8 @@ pub struct AttitudeConfig {
     /// Scale factor and coupling error of the compensated gyro, dimensionless. A larger value gives the vectors more
     /// weight while the probe turns. Default 0.015: sensitivity within 3 % and cross-axis within 2 % (MPU-9250 PS
     /// section 3.1), each uniform, are 0.014 rms over the nine elements. When an accepted P replaces one that was
-    /// wrong, P's deviations replace this value where they are smaller. With `Motion::Hand` the filter estimates a
-    /// constant scale error that has half of this variance.
+    /// wrong, P's deviations replace this value where they are smaller. Half of the variance is a
+    /// constant that the filter estimates, with `Motion::DrillString` until the first P is accepted.
     pub gyro_scale_sigma: f32,
     /// Bias random walk, rad/s per root second. Default 2e-5: the bias then wanders by 0.02 deg/s in 5
     /// minutes, like one of 0.02 deg/s/K that warms by a kelvin (LSM6DSO: 0.010, ICM-42688-P: 0.005 typical).

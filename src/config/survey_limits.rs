@@ -10,7 +10,8 @@ use crate::units::STANDARD_GRAVITY_M_S2;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct SurveyLimits {
     /// True if the limits follow from the error model: `deviations` standard deviations of measured less reference at
-    /// that attitude. `false`, the default: the fixed `field_ut`, `dip_rad` and `gravity_m_s2`.
+    /// that attitude. `false`, the default: the fixed `field_ut`, `dip_rad` and `gravity_m_s2`. Those of a rotating
+    /// survey, which vibration and delays make less certain, always follow from the error model.
     pub propagated: bool,
     /// Total field, microtesla. Default 0.3 (300 nT: the ISCWSA's Introduction to wellbore positioning, 22.1
     /// Checking raw data).

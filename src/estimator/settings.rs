@@ -2,12 +2,12 @@
 
 use super::{
     candidates::Rules,
-    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, HARD_IRON, MAG_LAG, MAG_SHAPE, MAG_TURN, P},
+    columns::{ACCEL_BIAS, ACCEL_LAG, ACCEL_MATRIX, BIAS, GLOBALS, Group, HARD_IRON, MAG_LAG, MAG_SHAPE, MAG_TURN, P},
     widths::Widths,
 };
 use crate::{
     compensation::GyroModel,
-    config::{Config, Motion},
+    config::{Config, IdentificationConfig, Motion},
     rotation::sine_and_cosine,
 };
 
@@ -203,30 +203,28 @@ impl Settings {
         let id = &config.identification;
         let drilling = id.motion == Motion::DrillString;
         let mut sigma = [0.0; GLOBALS];
-        let errors = &id.vector_errors;
-        put(&mut sigma, MAG_LAG.from, &[errors.mag_lag_s]);
-        put(&mut sigma, ACCEL_LAG.from, &[errors.accel_lag_s]);
+        put(&mut sigma, &MAG_LAG, id, 1.0);
+        put(&mut sigma, &ACCEL_LAG, id, 1.0);
         let widths = if drilling { Widths::DRILL_STRING } else { Widths::HAND };
         // By hand the filter's widths are three to four times the data sheets'; they are narrowed when the posterior is
         // asked for.
         let [of_shape, of_iron, of_accel, of_turn, of_bias] = widths.sheet;
-        put(&mut sigma, MAG_SHAPE.from, &[errors.mag_matrix / of_shape; MAG_SHAPE.count]);
-        put(&mut sigma, MAG_TURN.from, &[errors.mag_matrix / of_turn; MAG_TURN.count]);
-        put(&mut sigma, HARD_IRON.from, &[errors.hard_iron / of_iron; HARD_IRON.count]);
+        put(&mut sigma, &MAG_SHAPE, id, of_shape);
+        put(&mut sigma, &MAG_TURN, id, of_turn);
+        put(&mut sigma, &HARD_IRON, id, of_iron);
         // On a drill string the antisymmetric part is left out, which defines the body frame; by hand the bias, which
         // the matrix holds.
-        let accel_matrix = [errors.accel_matrix / of_accel; ACCEL_MATRIX.count];
-        put(&mut sigma, ACCEL_MATRIX.from, if drilling { &accel_matrix[..6] } else { &accel_matrix });
+        let count = if drilling { 6 } else { ACCEL_MATRIX.count };
+        put(&mut sigma, &Group { count, ..ACCEL_MATRIX }, id, of_accel);
         if drilling {
-            put(&mut sigma, ACCEL_BIAS.from, &[errors.accel_bias_m_s2 / of_bias; 3]);
+            put(&mut sigma, &ACCEL_BIAS, id, of_bias);
         }
         if id.vectors_from_reference {
             // Vectors from a reference have no errors of their own. A delay that both have is the effect `gyro_lag`.
             sigma = [0.0; GLOBALS];
         }
-        put(&mut sigma, BIAS.from, &[id.prior_sigma_bias_rad_s; 3]);
-        let (on, off) = (id.prior_sigma_diagonal, id.prior_sigma_off_diagonal);
-        put(&mut sigma, P.from, &[on, off, off, off, on, off, off, off, on]);
+        put(&mut sigma, &BIAS, id, 1.0);
+        put(&mut sigma, &P, id, 1.0);
         let mut noise = if drilling { Noise::DRILL_STRING } else { Noise::HAND };
         let gyro = config.attitude.gyro_noise_rad_s_rthz;
         let gyro = if gyro > LEAST_GYRO_NOISE { gyro } else { LEAST_GYRO_NOISE };
@@ -253,9 +251,9 @@ impl Settings {
     }
 }
 
-/// Puts the widths of neighbouring columns.
-fn put(sigma: &mut [f32; GLOBALS], from: usize, widths: &[f32]) {
-    for (slot, width) in sigma.iter_mut().skip(from).zip(widths) {
-        *slot = *width;
+/// Puts the widths of a group's columns, of which the group has this share.
+fn put(sigma: &mut [f32; GLOBALS], group: &Group, id: &IdentificationConfig, share: f32) {
+    for (k, slot) in sigma.iter_mut().skip(group.from).take(group.count).enumerate() {
+        *slot = (group.width)(id, k) / share;
     }
 }

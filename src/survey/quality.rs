@@ -1,6 +1,6 @@
 //! Quality of a survey: |G|, |B| and dip against their references, and how the sensors are mounted.
 
-use super::{Survey, Uncertain};
+use super::{Survey, SurveyKind, Uncertain};
 use crate::{
     config::{Earth, SurveyConfig},
     sample::TurnFlags,
@@ -71,9 +71,10 @@ impl Quality {
     #[must_use]
     pub fn of(survey: &Survey, earth: &Earth, config: &SurveyConfig) -> Self {
         let (limits, errors) = (&config.limits, &config.errors);
+        let is_propagated = limits.propagated || survey.kind == SurveyKind::Rotating;
         let check = |checked, measured: Option<Uncertain>, reference: f32, sigma: f32, fixed: f32| {
             let limit = match measured {
-                Some(measured) if limits.propagated => {
+                Some(measured) if is_propagated => {
                     limits.deviations * libm::sqrtf(measured.sigma * measured.sigma + sigma * sigma)
                 }
                 _ => fixed,

@@ -63,8 +63,11 @@ fn without_a_reference_a_check_is_not_made() {
 #[test]
 fn propagated_limits_are_deviations_of_measurement_and_reference() {
     let mut config = SurveyConfig::default();
+    let measured = survey(9.81, Some(50.4), 70.0);
+    let rotating = Quality::of(&Survey { kind: SurveyKind::Rotating, ..measured }, &earth(), &config);
     config.limits.propagated = true;
-    let quality = Quality::of(&survey(9.81, Some(50.4), 70.0), &earth(), &config);
+    let quality = Quality::of(&measured, &earth(), &config);
+    assert_eq!(rotating, quality);
     assert!((quality.field.unwrap().limit - 2.0 * libm::hypotf(0.12, 0.13)).abs() < 1e-6);
     assert!((quality.gravity.limit - 0.012).abs() < 1e-6);
     assert!((quality.dip.unwrap().limit.to_degrees() - 2.0 * libm::hypotf(0.2, 0.2)).abs() < 1e-5);

@@ -6,7 +6,7 @@ use super::{
     super::{
         resolve::{in_words, name},
         rotation_fit::{Axes, RotationFit, fit},
-        units::Quantity,
+        units::{Quantity, STANDARD_GRAVITY},
     },
     Finding, Imported,
 };
@@ -173,14 +173,16 @@ fn columns(imported: &Imported, quantity: Quantity, axes: Axes) -> String {
 fn dip_deg(accel: &[[f64; 4]], mag: &[[f64; 4]]) -> Option<f64> {
     let mut sines = sines_of_dip(accel, mag);
     let middle = sines.len() / 2;
-    (!sines.is_empty()).then(|| sines.select_nth_unstable_by(middle, f64::total_cmp).1.asin().to_degrees())
+    (!sines.is_empty())
+        .then(|| sines.select_nth_unstable_by(middle, f64::total_cmp).1.clamp(-1.0, 1.0).asin().to_degrees())
 }
 
-/// Sine of the field's angle below the horizontal in each row that has both vectors.
+/// Sine of the field's angle below the horizontal in each row that has both vectors. The force counts as one g: by its
+/// own length, which vibration makes longer, the field would seem flat.
 fn sines_of_dip(accel: &[[f64; 4]], mag: &[[f64; 4]]) -> Vec<f64> {
     let sine = |(a, m): (&[f64; 4], &[f64; 4])| {
         let (a, m) = (Vector3::new(a[0], a[1], a[2]), Vector3::new(m[0], m[1], m[2]));
-        -a.dot(&m) / (a.norm() * m.norm())
+        -a.dot(&m) / (STANDARD_GRAVITY * m.norm())
     };
     accel.iter().zip(mag).map(sine).filter(|sine| sine.is_finite()).collect()
 }

@@ -50,7 +50,7 @@ fn a_field_that_agrees_in_passing_is_not_used_before_it_has_agreed_for_half_a_se
 #[test]
 fn what_innovations_showed_does_not_narrow_an_attitude_that_is_lost() {
     let (mut filter, truth) = turned_by_hand(&Matrix3::identity(), config::Motion::Hand);
-    gyro_scale::identified(&mut filter.state, &[0.001; 9]);
+    gyro_scale::identified(&mut filter.state, &[0.001; 9], &filter.settings);
     turn_by_hand(&mut filter, truth, &Matrix3::identity());
     let one = Matrix3::<f32>::identity();
     let before = filter.state.consistency.stated(&one, 0.0);
@@ -70,7 +70,7 @@ fn what_innovations_showed_does_not_narrow_an_attitude_that_is_lost() {
 /// A filter whose past innovations have been a tenth of what was expected.
 fn well_behaved() -> AttitudeFilter {
     let (mut filter, _) = turned_by_hand(&Matrix3::identity(), config::Motion::Hand);
-    gyro_scale::identified(&mut filter.state, &[0.001; 9]);
+    gyro_scale::identified(&mut filter.state, &[0.001; 9], &filter.settings);
     for _ in 0..20_000 {
         filter.state.consistency.note_velocity(0.1, 0.05);
         filter.state.consistency.note_heading(0.1, 0.0, 0.05);

@@ -92,7 +92,7 @@ fn a_gyro_that_lies_while_the_tool_slides_is_in_doubt_by_what_gravity_shows() {
             worst_rad = if error > worst_rad { error } else { worst_rad };
             silent_s += if error > 5.0 * attitude.sigma_inclination_rad { 0.005 } else { 0.0 };
         }
-        assert!(worst_rad > 0.02 && silent_s < 1.0, "{axis} {rate_rad_s}: {worst_rad} rad, {silent_s} s");
+        assert!(worst_rad > 0.015 && silent_s < 1.0, "{axis} {rate_rad_s}: {worst_rad} rad, {silent_s} s");
     }
 }
 
@@ -133,7 +133,7 @@ fn an_attitude_that_is_taken_over_is_turned_by_the_declination() {
 /// In a steady rotation nothing tells a bias from a coupling: models whose parts change against each other read the same
 /// rates, and what the filter has learnt of these stays. A model that is more certain of them replaces it.
 #[test]
-fn a_model_that_reads_the_same_steady_rate_changes_no_residual_bias() {
+fn a_model_that_reads_the_same_steady_rate_changes_nothing_that_was_learnt_of_it() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(12);
     let config = Config::default();
     let turn = |t: f32| matrix(&exp_quaternion(&Vector3::new(0.0, 0.8, 0.0))) * exp_matrix(&Vector3::new(0.0, 0.0, t));
@@ -141,15 +141,16 @@ fn a_model_that_reads_the_same_steady_rate_changes_no_residual_bias() {
         let mut draw = || generator.next_u32() as f32 / u32::MAX as f32 - 0.5;
         let speed = 2.0 + 2.0 * draw();
         let error = Vector3::new(draw(), draw(), draw()) * 0.02;
+        let read = Vector3::new(0.0, 0.0, speed) + error;
         let mut filter = AttitudeFilter::new();
         filter.start(&config.attitude, &config.earth, config::Motion::DrillString);
         for k in 0..8_000_u16 {
-            filter.propagate(0.005, &(Vector3::new(0.0, 0.0, speed) + error));
+            filter.propagate(0.005, &read);
             let body = turn(speed * 0.005 * f32::from(k)).transpose();
             let (force, field) = (Vector3::new(0.0, 0.0, -GRAVITY_M_S2), Vector3::new(20.0, 0.0, 44.0));
             filter.observe(Some(&(body * force)), Some(&(body * field)));
         }
-        let (learnt, sigma) = (filter.state.bias_rad_s, filter.residual_bias_sigma_rad_s());
+        let (learnt, sigma) = (read - filter.state.corrected(&read), filter.residual_bias_sigma_rad_s());
         for k in 0..3 {
             assert!((learnt[k] - error[k]).abs() < 3.0 * sigma[k], "{speed}: {learnt} {error} {sigma}");
         }
@@ -160,6 +161,7 @@ fn a_model_that_reads_the_same_steady_rate_changes_no_residual_bias() {
             new.b_rad_s[k] = coupling * speed;
         }
         filter.model_changed(&GyroModel::IDENTITY, &new, &[0.5; 12]);
+        // The new model reads the same; the bias alone stands for what was learnt.
         assert!((filter.state.bias_rad_s - learnt).norm() < 1e-3, "{speed}: {} {learnt}", filter.state.bias_rad_s);
         // The same change back, of a model that is certain.
         filter.model_changed(&new, &GyroModel::IDENTITY, &[1e-4; 12]);
