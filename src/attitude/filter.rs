@@ -246,7 +246,7 @@ impl AttitudeFilter {
         self.force_change.interrupt();
         self.state.propagation.interrupt();
         self.motion.rest = RestTracker::new();
-        // What has changed in the gap is no change of the rate.
+        // A change in the gap is no change of the rate.
         self.motion.slow_turn.interrupt(dt_s);
         self.tilt.lost = self.tilt.lost || angle_rad > LOST_RAD;
         self.tilt.interrupt(dt_s);

@@ -1,5 +1,5 @@
-//! Error of the gyro's scale factors and couplings as a state: gravity and field show it within seconds of turning, long
-//! before an identified model flies.
+//! Error of the gyro's scale factors and couplings as a state: gravity and field show it within seconds of turning,
+//! long before an identified model flies.
 
 use super::{
     error_state::SCALES,

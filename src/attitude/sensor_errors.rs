@@ -66,8 +66,8 @@ impl SensorErrors {
         settings: &Settings,
     ) -> bool {
         let config = &settings.config;
-        // What has been learnt of the rate's error stays valid under the new model, at the rate at which it was
-        // learnt: in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
+        // The error of the rate, as far as it has been learnt, stays valid under the new model, at the rate at which it
+        // was learnt: in a steady rotation a bias and a coupling cannot be told apart, and change against each other.
         let at = if settings.goes_round { *rate_rad_s } else { Vector3::zeros() };
         // With the former P goes what was found of its scale.
         let of_scale = if old.p == new.p { Vector3::zeros() } else { state.scale.errors * at };
@@ -104,8 +104,8 @@ impl SensorErrors {
         true
     }
 
-    /// Drops the residual bias on each axis on which the new model's rate is more certain than it, at this mean rate and
-    /// with the change over temperature, `bias_sigma_rad_s`, that no model knows.
+    /// Drops the residual bias on each axis on which the new model's rate is more certain than it, at this mean rate
+    /// and with the change over temperature, `bias_sigma_rad_s`, that no model knows.
     fn adopt(state: &mut State, rate_rad_s: &Vector3<f32>, sigma: &[f32; 12], bias_sigma_rad_s: f32) {
         let variances = sigma.map(|sigma| sigma * sigma);
         let squares = rate_rad_s.component_mul(rate_rad_s);

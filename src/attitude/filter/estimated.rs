@@ -10,11 +10,11 @@ use crate::{
 use nalgebra::{Quaternion, Vector3};
 
 impl AttitudeFilter {
-    /// Swaps the gyro model. The attitude stays. So does what the filter has learnt of the rate's error, at the rate of a
-    /// sustained rotation or at rest: the residual bias takes the difference and keeps its deviation, so that the filter
-    /// alone owns the bias. With another P an axis whose rate the new model knows better, by its deviations (P
-    /// row-major, then b, rad/s), loses its residual bias. All axes lose it to a P that differs from what the filter has
-    /// found of the scale by more than the gyro's stated error, and its own, for it was partly P's error; the new
+    /// Swaps the gyro model. The attitude stays. So does what the filter has learnt of the rate's error, at the rate of
+    /// a sustained rotation or at rest: the residual bias takes the difference and keeps its deviation, so that the
+    /// filter alone owns the bias. With another P an axis whose rate the new model knows better, by its deviations (P
+    /// row-major, then b, rad/s), loses its residual bias. All axes lose it to a P that differs from what the filter
+    /// has found of the scale by more than the gyro's stated error, and its own, for it was partly P's error; the new
     /// model's deviations then replace the configured ones where they are smaller. Before the first alignment no bias
     /// stays: none has been learnt.
     pub fn model_changed(&mut self, old: &GyroModel, new: &GyroModel, sigma: &[f32; 12]) {

@@ -130,8 +130,8 @@ fn an_attitude_that_is_taken_over_is_turned_by_the_declination() {
     }
 }
 
-/// In a steady rotation nothing tells a bias from a coupling: models whose parts change against each other read the same
-/// rates, and what the filter has learnt of these stays. A model that is more certain of them replaces it.
+/// In a steady rotation nothing tells a bias from a coupling: models whose parts change against each other read the
+/// same rates, and what the filter has learnt of these stays. A model that is more certain of them replaces it.
 #[test]
 fn a_model_that_reads_the_same_steady_rate_changes_nothing_that_was_learnt_of_it() {
     let mut generator = Xoshiro128PlusPlus::seed_from_u64(12);
