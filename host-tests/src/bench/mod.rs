@@ -8,6 +8,7 @@ pub(crate) mod bus_faults;
 pub(crate) mod closed_loop;
 pub(crate) mod cost;
 pub(crate) mod coverage;
+pub(crate) mod does_not_hold;
 pub(crate) mod drilling;
 pub(crate) mod effects;
 mod error_multiplied_in;

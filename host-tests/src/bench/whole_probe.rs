@@ -1,21 +1,20 @@
 //! The whole probe under attack: what went wrong, what was checked and what did not hold.
 
-use super::kept::each_block;
-use anyhow::bail;
+use super::{does_not_hold::DoesNotHold, kept::each_block};
 use attack::whole_probe::{DAY_S, KINDS, Run, Tally, VIOLATIONS, fly, fly_day, static_bytes};
 use serde::{Deserialize, Serialize};
 use std::{ops::Range, time::Instant};
 use testbed::study::{Cell, Effort, Table, median_and_worst, seeds::each_seed};
 
-/// Runs that a failure lists.
-const LISTED: usize = 10;
+/// Runs in which something did not hold that the page lists.
+const LISTED: usize = 100;
 
 /// Results of a block of seeds.
 #[derive(Default, Serialize, Deserialize)]
 struct Flown {
     tally: Tally,
-    /// The seeds in which something did not hold, and what.
-    failed: Vec<String>,
+    /// The seeds in which something did not hold, how often, and what was the first of it.
+    failed: Vec<(u64, u64, String)>,
     seconds: f64,
 }
 
@@ -26,13 +25,20 @@ const SEEDS_A_DAY: u64 = 50;
 pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let seeds = effort.seeds(1_000);
     let number = seeds.end - seeds.start;
-    let all = sum(each_block("whole_probe", seeds.clone(), |block| fly_all(block, fly))?, number)?;
+    let all = sum(each_block("whole_probe", seeds.clone(), |block| fly_all(block, fly))?);
     // Fewer seeds than belong to a day fly the first hours of one.
     let days = number.div_ceil(SEEDS_A_DAY).min(DAYS);
     let length_s = DAY_S * (number as f64 / SEEDS_A_DAY as f64).min(1.0);
     let of_days = fly_all(seeds.start..seeds.start + days, |seed| fly_day(seed, length_s))?;
-    let of_days = sum(vec![of_days], days)?;
-    let hours = length_s / 3_600.0;
+    all_tables(&all, number, &of_days, days, length_s / 3_600.0)
+}
+
+/// Tables of so many seeds, and of so many days of so many hours.
+///
+/// # Errors
+/// Something did not hold, [`DoesNotHold`]: the same tables, and one more for the seeds and one for the days in which it
+/// did not.
+fn all_tables(all: &Flown, number: u64, of_days: &Flown, days: u64, hours: f64) -> anyhow::Result<Vec<Table>> {
     let mut by_seed = flown(&all.tally);
     let seeds_per_s = Cell::number(number as f64 / all.seconds, 1);
     by_seed.row([Cell::from("seeds a second of this machine, which did other work beside"), seeds_per_s]);
@@ -45,33 +51,32 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     ] {
         by_day.row([Cell::from(name), Cell::number(number, decimals)]);
     }
-    Ok(vec![
-        checks(&all.tally, format!("The whole probe under attack, {number} seeds: what has to hold")),
-        troubles(&all.tally),
-        by_seed,
-        checks(&of_days.tally, format!("{days} times {hours:.1} hours at real proportions: what has to hold")),
-        troubles(&of_days.tally),
-        by_day,
-    ])
+    let mut tables = Vec::new();
+    for (flown, title, last) in [
+        (all, format!("The whole probe under attack, {number} seeds: what has to hold"), by_seed),
+        (of_days, format!("{days} times {hours:.1} hours at real proportions: what has to hold"), by_day),
+    ] {
+        tables.push(checks(&flown.tally, title));
+        tables.extend(failures(&flown.failed));
+        tables.extend([troubles(&flown.tally), last]);
+    }
+    let failed = [all, of_days].map(|flown| flown.failed.len());
+    if failed == [0, 0] {
+        return Ok(tables);
+    }
+    let words = format!("{} of {number} seeds and {} of {days} days violate what has to hold", failed[0], failed[1]);
+    Err(DoesNotHold { tables, words }.into())
 }
 
-/// Sum of the results of all blocks, of so many seeds together.
-///
-/// # Errors
-/// Something did not hold.
-fn sum(blocks: Vec<Flown>, seeds: u64) -> anyhow::Result<Flown> {
+/// Sum of the results of all blocks.
+fn sum(blocks: Vec<Flown>) -> Flown {
     let mut all = Flown::default();
     for block in blocks {
         all.tally.add(&block.tally);
         all.failed.extend(block.failed);
         all.seconds += block.seconds;
     }
-    if !all.failed.is_empty() {
-        let listed = all.failed.iter().take(LISTED).cloned().collect::<Vec<_>>().join("\n");
-        let table = checks(&all.tally, "What has to hold".to_owned());
-        bail!("{} of {seeds} seeds violate what has to hold:\n{listed}\n{table}", all.failed.len());
-    }
-    Ok(all)
+    all
 }
 
 fn fly_all(seeds: Range<u64>, fly: impl Fn(u64) -> anyhow::Result<Run> + Sync) -> anyhow::Result<Flown> {
@@ -79,10 +84,10 @@ fn fly_all(seeds: Range<u64>, fly: impl Fn(u64) -> anyhow::Result<Run> + Sync) -
     let mut all = Flown::default();
     for (seed, run) in seeds.clone().zip(each_seed(seeds, fly)?) {
         if run.tally.all_violations() > 0 {
-            let told = format!("seed {seed}: {}", run.tally.first.as_deref().unwrap_or("?"));
+            let first = run.tally.first.clone().unwrap_or_else(|| "?".to_owned());
             // At once, for all of them together may take hours.
-            eprintln!("{told}");
-            all.failed.push(told);
+            eprintln!("seed {seed}: {first}");
+            all.failed.push((seed, run.tally.all_violations(), first));
         }
         all.tally.add(&run.tally);
     }
@@ -101,6 +106,19 @@ fn checks(all: &Tally, title: String) -> Table {
         table.row([Cell::from(name), count(all.checks[place]), count(all.violations[place])]);
     }
     table
+}
+
+/// The seeds in which something did not hold; `None` where all did.
+fn failures(failed: &[(u64, u64, String)]) -> Option<Table> {
+    let more = failed.len().saturating_sub(LISTED);
+    let of_more = if more > 0 { format!("; {more} more are not listed") } else { String::new() };
+    let title = format!("Runs in which something did not hold: {}{of_more}", failed.len());
+    let mut table = Table::new(title, &["seed", "violations", "the first of them"]);
+    for (seed, violations, first) in failed.iter().take(LISTED) {
+        // A bar would end the cell.
+        table.row([Cell::from(seed.to_string()), count(*violations), Cell::from(first.replace('|', "/"))]);
+    }
+    (!failed.is_empty()).then_some(table)
 }
 
 fn troubles(all: &Tally) -> Table {
@@ -142,4 +160,40 @@ fn flown(all: &Tally) -> Table {
         table.row([Cell::from(name), median_and_worst(times, 2)]);
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use attack::whole_probe::Violation;
+
+    fn flown(seeds: Range<u64>, violating: u64) -> Flown {
+        let fly = |seed| {
+            let mut tally = Tally::default();
+            tally.checked(Violation::Survey);
+            if seed == violating {
+                tally.violated(Violation::Survey, || "azimuth | 9 sigma off".to_owned());
+            }
+            Ok(Run { tally, digest: 0 })
+        };
+        fly_all(seeds, fly).unwrap()
+    }
+
+    #[test]
+    fn what_does_not_hold_ends_with_an_error_that_has_every_table_and_one_of_the_seeds() {
+        let (sound, of_days) = (flown(0..4, 9), flown(0..2, 9));
+        let tables = all_tables(&sound, 4, &of_days, 2, 0.1).unwrap();
+        assert_eq!(tables.len(), 6);
+        let told = all_tables(&sum(vec![sound, flown(4..8, 7)]), 8, &of_days, 2, 0.1).unwrap_err();
+        assert_eq!(told.to_string(), "1 of 8 seeds and 0 of 2 days violate what has to hold");
+        let found: DoesNotHold = told.downcast().unwrap();
+        assert_eq!(found.tables.len(), 7);
+        let [checks, failures] = [0, 1].map(|k| found.tables[k].to_string());
+        assert!(checks.contains("| a survey is of a rest and within 5 sigma | 8 | 1 |"), "{checks}");
+        assert!(failures.starts_with("Runs in which something did not hold: 1\n"), "{failures}");
+        assert!(failures.contains("| 7 | 1 | 0.000 s: Survey: azimuth / 9 sigma off |"), "{failures}");
+        // Below the tables of the seeds are those of the days, as without a violation.
+        assert_eq!(found.tables[4], tables[3]);
+    }
 }

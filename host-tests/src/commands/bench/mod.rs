@@ -12,6 +12,7 @@ use std::{
 use clap::Args;
 use serde_json::json;
 
+use crate::bench::does_not_hold::DoesNotHold;
 use sections::{Place, SECTIONS, Section};
 use testbed::study::Effort;
 use testbed::{
@@ -48,7 +49,8 @@ pub struct BenchArgs {
 /// Runs the sections asked for, prints each one's tables when they are done, and writes them as JSON and as pages.
 ///
 /// # Errors
-/// There is no such section, one cannot be run, or a result cannot be written.
+/// There is no such section, one cannot be run, a result cannot be written, or something that has to hold does not:
+/// then all is printed and written, and every section was run.
 pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let effort = match args.seeds {
         Some(seeds) => args.first_seed.map_or(Effort::Seeds(seeds), |first| Effort::These { first, seeds }),
@@ -64,12 +66,19 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         .into());
     }
     let mut out = told();
-    let mut all = Vec::new();
+    let (mut all, mut do_not_hold) = (Vec::new(), Vec::new());
     for section in sections {
         if io::stderr().is_terminal() {
             eprintln!("{}", section.name);
         }
-        let tables = (section.run)(effort)?;
+        let tables = match (section.run)(effort) {
+            Ok(tables) => tables,
+            Err(error) => {
+                let DoesNotHold { tables, words } = error.downcast()?;
+                do_not_hold.push(format!("{}: {words}", section.name));
+                tables
+            }
+        };
         for table in &tables {
             writeln!(out, "{table}")?;
             out.flush()?;
@@ -82,6 +91,7 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.json {
         write_json(path, &all)?;
     }
+    anyhow::ensure!(do_not_hold.is_empty(), "{}", do_not_hold.join("\n"));
     Ok(())
 }
 
