@@ -168,7 +168,13 @@ impl<const WORD: usize, const SECTOR: usize> MockFlash<WORD, SECTOR> {
         &self.words
     }
 
-    /// Content, for a test to spoil.
+    /// Puts words there, whole and readable, whatever was there: a change that a cut interrupted, brought to its end.
+    pub fn put(&mut self, at: usize, words: &[u8]) {
+        self.bytes[at..at + words.len()].copy_from_slice(words);
+        self.unreadable.retain(|word| !(at..at + words.len()).contains(&(word * WORD)));
+    }
+
+    /// Content, for a test to read or spoil.
     pub fn bytes_mut(&mut self) -> &mut [u8] {
         &mut self.bytes
     }

@@ -9,7 +9,7 @@ use super::{
 use meerkat_mwd::{
     application::{Application, Board},
     attitude::AttitudeFlags,
-    compensation::GyroModel,
+    compensation::{ActiveEffects, GyroModel},
     survey::{SurveyKind, SurveyReport},
     telemetry::{AttitudeFrame, Boot, CompactAngles, Health, MAX_FRAME, Message},
 };
@@ -177,21 +177,55 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     }
 }
 
+/// What flies after the first samples of a start is the factory's model or one that was stored to its end.
+fn restored(
+    machine: &mut Machine<'_, '_>,
+    before: &mut Round,
+    processed: u32,
+    (factory, gyro, effects): (&GyroModel, &GyroModel, &ActiveEffects),
+) {
+    if processed == 0 || std::mem::replace(&mut before.flies, true) || (gyro == factory && effects.is_empty()) {
+        return;
+    }
+    let completed = machine.day.completed.has(gyro, effects);
+    note(machine, Violation::ModelNotCompleted, completed, || {
+        format!("never stored to its end: {gyro:?}, {effects:?}")
+    });
+}
+
 /// After every round of the program.
 pub fn after_round<'c, 'd>(application: &mut Application<'_, Machine<'c, 'd>>, before: &mut Round) {
-    let processed = application.counts().processed;
-    let flown = *application.statics().probe.gyro_model();
-    let takes_an_effect_out = !application.statics().probe.effects().is_empty();
+    let (processed, breaks) = (application.counts().processed, application.counts().sequence_breaks);
+    let probe = &*application.statics().probe;
+    let (config, flown, effects) = (*probe.config(), *probe.gyro_model(), *probe.effects());
+    let takes_an_effect_out = !effects.is_empty();
     let stored = application.statics().memory.as_ref().map_or(0, |memory| memory.stored_and_failed()[0]);
     let machine = application.board();
+    if stored > before.stored {
+        machine.day.completed.note(&machine.chip.flash.borrow(), &config, stored - before.stored);
+    }
+    if let Some(whole) = machine.chip.whole.take() {
+        machine.day.completed.note(&whole, &config, 1);
+    }
     if machine.chip.is_dead() {
         return;
     }
+    restored(machine, before, processed, (&config.gyro, &flown, &effects));
     machine.takes_an_effect_out = takes_an_effect_out;
     let counts = machine.acquisition();
     let (acquired, full, waiting) = (counts.acquired(), counts.queue_full(), machine.waiting() as u32);
-    note(machine, Violation::SampleLost, acquired == processed + full + waiting, || {
-        format!("{acquired} acquired, {processed} flown, {full} lost, {waiting} waiting")
+    let misplaced = machine.misplaced.take();
+    // As many as were handed out, and as many breaks between their numbers: none is flown twice and none left out.
+    let are_those = misplaced.is_none()
+        && [acquired, full, processed] == machine.samples()
+        && breaks == machine.breaks
+        && acquired == processed + full + waiting;
+    let samples = machine.samples();
+    note(machine, Violation::SampleLost, are_those, || {
+        format!(
+            "{acquired} acquired, {full} lost, {processed} flown with {breaks} breaks, {waiting} waiting; of the board \
+             {samples:?}; {misplaced:?}"
+        )
     });
     machine.day.tally.models += u64::from(stored.saturating_sub(before.stored));
     before.stored = stored;
@@ -217,6 +251,8 @@ pub struct Round {
     /// P and b that flew.
     pub flown: Option<GyroModel>,
     pub stored: u32,
+    /// True once a sample has been flown.
+    pub flies: bool,
     /// Erasures since the start, those before the first sample among them.
     pub erased: usize,
 }

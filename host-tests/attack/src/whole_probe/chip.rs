@@ -32,6 +32,8 @@ pub struct Chip {
     pub fed_us: Cell<u64>,
     pub death: Cell<Option<Death>>,
     pub flash: RefCell<Flash>,
+    /// The flash as it would be if the write had come to its end in which the power failed.
+    pub whole: RefCell<Option<Flash>>,
     /// Times of erasures since the last power-up.
     pub erased_us: RefCell<Vec<u64>>,
     /// Address of the stack where the program was called, and the lowest at which it called its board.
@@ -53,6 +55,7 @@ impl Chip {
             fed_us: Cell::new(0),
             death: Cell::new(None),
             flash: RefCell::new(flash),
+            whole: RefCell::new(None),
             erased_us: RefCell::default(),
             stack: Cell::new([0; 2]),
         }
@@ -93,6 +96,7 @@ impl Chip {
         self.started_us.set(self.now_us.get());
         self.fed_us.set(self.now_us.get());
         self.erased_us.borrow_mut().clear();
+        self.whole.replace(None);
     }
 
     /// Time passes while the program computes or waits.
@@ -159,6 +163,11 @@ impl NorFlash for ChipFlash<'_> {
         self.0.alive()?;
         self.0.pass(WORD_US * (bytes.len() / 4) as u64);
         let result = self.0.flash.borrow_mut().write(offset, bytes);
+        if matches!(result, Err(MockError::PowerCut)) {
+            let mut whole = self.0.flash.borrow().clone();
+            whole.put(offset as usize, bytes);
+            self.0.whole.replace(Some(whole));
+        }
         self.0.done(result)
     }
 }

@@ -1,6 +1,6 @@
 //! A day of drilling and stops: what outlives the probe's starts.
 
-use super::{host::Host, plan::Trouble, proportions::Proportions, tally::Tally, truth::Truth};
+use super::{completed::Completed, host::Host, plan::Trouble, proportions::Proportions, tally::Tally, truth::Truth};
 use meerkat_mwd::{compensation::GyroModel, survey::SurveyReport};
 use std::collections::VecDeque;
 use testbed::simulate::Random;
@@ -20,6 +20,8 @@ pub struct Day {
     pub watchdog_resets: u32,
     /// Every P and b that have flown: what is stored is one of them.
     pub flown: Vec<GyroModel>,
+    /// What a start may restore.
+    pub completed: Completed,
     /// Surveys that were heard, each with the start of the program that it is of.
     pub surveys: Vec<(u64, SurveyReport)>,
     /// FNV-1a of every byte that the probe has sent.

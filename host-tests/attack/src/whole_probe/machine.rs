@@ -8,7 +8,7 @@ use super::{
 };
 use meerkat_mwd::{
     Sample,
-    application::{Acquired, Acquisition, AcquisitionCounts, Board, SampleConsumer, Stage},
+    application::{Acquired, Acquisition, AcquisitionCounts, Board, QUEUE, SampleConsumer, Stage},
     emulation::{BusFault, Injection, ModelledParts, RecordingPlayer, Schedule},
     telemetry::{Message, ProbeId, ResetReason},
 };
@@ -72,6 +72,17 @@ pub struct Machine<'c, 'd> {
     pub unsound_us: Option<u64>,
     /// Counters of the health that was heard last.
     pub health: [u32; HEALTH],
+    /// Numbers and stamps of the samples that were taken into the queue and not handed out yet.
+    queued: VecDeque<(u32, u64)>,
+    /// Samples that were put to the queue, that it has refused, and that it has handed out.
+    put: u32,
+    refused: u32,
+    handed_out: u32,
+    /// Number after that of the last one that was handed out, and times that a number was not that.
+    next: u32,
+    pub breaks: u32,
+    /// First sample that was not handed out as it was taken, in its place.
+    pub misplaced: Option<String>,
     /// Judge of every message that the host hears.
     judge: fn(&mut Self, &Message),
 }
@@ -109,6 +120,13 @@ impl<'c, 'd> Machine<'c, 'd> {
             first_sample: 0,
             unsound_us: None,
             health: [0; HEALTH],
+            queued: VecDeque::new(),
+            put: 0,
+            refused: 0,
+            handed_out: 0,
+            next: 0,
+            breaks: 0,
+            misplaced: None,
             judge,
         }
     }
@@ -199,8 +217,37 @@ impl<'c, 'd> Machine<'c, 'd> {
         if self.truths.len() > REMEMBERED {
             self.truths.pop_front();
         }
-        self.acquisition.put(Sample { t_us: stamp_us, ..sample }, stamp_us);
+        self.put(Sample { t_us: stamp_us, ..sample });
         self.day.tally.queue = self.day.tally.queue.max(self.waiting.len() as u64);
+    }
+
+    /// Puts a sample to the queue, and notes its number and stamp if it has room.
+    fn put(&mut self, sample: Sample) {
+        let had_room = self.waiting.len() + 1 < QUEUE;
+        self.acquisition.put(sample, sample.t_us);
+        if had_room {
+            self.queued.push_back((self.put, sample.t_us));
+        } else {
+            self.refused += 1;
+        }
+        self.put += 1;
+    }
+
+    /// Compares a sample that is handed out with the one whose turn it is.
+    fn hand_out(&mut self, acquired: &Acquired) {
+        let (number, t_us) = (acquired.sequence, acquired.sample.t_us);
+        let taken = self.queued.pop_front();
+        if taken != Some((number, t_us)) {
+            self.misplaced.get_or_insert_with(|| format!("{:?} was handed out for {taken:?}", (number, t_us)));
+        }
+        self.handed_out += 1;
+        self.breaks += u32::from(number != self.next);
+        self.next = number + 1;
+    }
+
+    /// Samples of this start: put to the queue, refused by it, and handed out.
+    pub const fn samples(&self) -> [u32; 3] {
+        [self.put, self.refused, self.handed_out]
     }
 
     fn strike(&mut self, trouble: Trouble) {
@@ -296,6 +343,7 @@ impl<'c> Board for Machine<'c, '_> {
             return None;
         }
         let acquired = self.waiting.dequeue()?;
+        self.hand_out(&acquired);
         self.pass(SAMPLE_US);
         Some(acquired)
     }

@@ -12,6 +12,7 @@
 
 mod checks;
 mod chip;
+mod completed;
 mod day;
 mod host;
 mod machine;
@@ -26,6 +27,7 @@ pub use tally::{Tally, VIOLATIONS, Violation};
 
 use checks::Round;
 use chip::{Chip, ChipFlash, Death, Flash, SECTORS};
+use completed::Completed;
 use day::Day;
 use host::{Host, KEY};
 use machine::{Machine, PERIOD_US, WORDS};
@@ -140,6 +142,7 @@ fn fly_to_the_end(
         bytes_per_s: settings.stream.bytes_per_s,
         watchdog_resets: 0,
         flown: Vec::new(),
+        completed: Completed::default(),
         surveys: Vec::new(),
         digest: 0xcbf2_9ce4_8422_2325,
         back_us: [None; 2],

@@ -51,7 +51,7 @@ pub const ATTACK: Proportions = Proportions {
     short_surveys: true,
     hole_curves: false,
     goes_through: 0.0,
-    clock_settles_s: f64::INFINITY,
+    clock_settles_s: 60.0,
     first_sequence: 0,
 };
 
