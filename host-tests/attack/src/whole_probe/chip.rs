@@ -14,6 +14,8 @@ pub const PATIENCE_US: u64 = 1_000_000;
 /// Time to program a word and to erase a sector of 8 KiB, microseconds (DS8626, flash memory programming, typical).
 const WORD_US: u64 = 16;
 const ERASE_US: u64 = 250_000;
+/// Magic number and kind in the head of a counter's record, behind its check (`src/storage/record.rs`).
+const COUNTER: [u8; 3] = *b"MW\x02";
 
 /// End of the program's run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +36,8 @@ pub struct Chip {
     pub flash: RefCell<Flash>,
     /// The flash as it would be if the write had come to its end in which the power failed.
     pub whole: RefCell<Option<Flash>>,
+    /// Where the latest copy of the counter of commands was written.
+    pub counter_at: Cell<Option<usize>>,
     /// Times of erasures since the last power-up.
     pub erased_us: RefCell<Vec<u64>>,
     /// Address of the stack where the program was called, and the lowest at which it called its board.
@@ -56,6 +60,7 @@ impl Chip {
             death: Cell::new(None),
             flash: RefCell::new(flash),
             whole: RefCell::new(None),
+            counter_at: Cell::new(None),
             erased_us: RefCell::default(),
             stack: Cell::new([0; 2]),
         }
@@ -162,6 +167,9 @@ impl NorFlash for ChipFlash<'_> {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), MockError> {
         self.0.alive()?;
         self.0.pass(WORD_US * (bytes.len() / 4) as u64);
+        if bytes.get(4..7) == Some(&COUNTER) {
+            self.0.counter_at.set(Some(offset as usize));
+        }
         let result = self.0.flash.borrow_mut().write(offset, bytes);
         if matches!(result, Err(MockError::PowerCut)) {
             let mut whole = self.0.flash.borrow().clone();

@@ -9,6 +9,8 @@ use testbed::simulate::Random;
 pub struct Day {
     pub proportions: &'static Proportions,
     pub random: Random,
+    /// Generator of the damage that is aimed at the counter of commands.
+    pub aimed: Random,
     pub truth: Truth,
     pub host: Host,
     pub tally: Tally,

@@ -62,6 +62,10 @@ const BACK_US: u64 = 3_000_000;
 /// Bytes of this machine's stack that the program may take. Its frames are wider here than on the chip, whose limit is
 /// 12 KiB (`tests/real_time` holds it there).
 const STACK_BYTES: u64 = 24 * 1024;
+/// Share of the times without power and without other damage in which the counter's latest copy is damaged.
+const COUNTERS_DAMAGED: f64 = 0.2;
+/// Length of a copy of the counter in flash, bytes.
+const GRANULE: usize = 32;
 /// Command counters that a sector takes.
 const COUNTERS: u64 = 127;
 
@@ -134,6 +138,8 @@ fn fly_to_the_end(
     let mut day = Day {
         proportions,
         random,
+        // So that what else is drawn does not move.
+        aimed: Random::new(!seed),
         truth,
         host,
         tally: Tally::default(),
@@ -317,18 +323,30 @@ fn without_power(chip: &Chip, day: &mut Day) {
         // Near what was written last, for most of the rest is erased.
         let back = day.random.between(0.0, 300.0) as usize;
         let at = flash.last_touched().saturating_sub(back);
-        if flash.corrects() {
-            flash.make_unreadable(at);
-            Some(Trouble::UnreadableRotten)
-        } else {
-            flash.bytes_mut()[at] ^= 1 << day.random.between(0.0, 8.0) as u8;
-            Some(Trouble::BitRot)
-        }
+        damage(&mut flash, at, &mut day.random);
+        Some(if flash.corrects() { Trouble::UnreadableRotten } else { Trouble::BitRot })
+    } else if !was_in_flash
+        && day.aimed.uniform() < COUNTERS_DAMAGED
+        && let Some(at) = chip.counter_at.get()
+    {
+        damage(&mut flash, at + day.aimed.index(GRANULE), &mut day.aimed);
+        Some(Trouble::CounterRotten)
     } else {
         None
     };
     if let Some(trouble) = trouble {
-        day.host.flash_is_spoilt();
+        if trouble != Trouble::CounterRotten {
+            day.host.flash_is_spoilt();
+        }
         day.tally.troubles[trouble.kind()] += 1;
+    }
+}
+
+/// A word of the flash cannot be read any more, where error correction gives up on it; else one of its bits changes.
+fn damage(flash: &mut Flash, at: usize, random: &mut Random) {
+    if flash.corrects() {
+        flash.make_unreadable(at);
+    } else {
+        flash.bytes_mut()[at] ^= 1 << random.between(0.0, 8.0) as u8;
     }
 }

@@ -23,6 +23,9 @@ pub enum Trouble {
     UnreadableRotten,
     /// One bit of what the flash holds changes while the power is off.
     BitRot,
+    /// What was written last of the counter of commands changes by one bit, or cannot be read any more, while the power
+    /// is off.
+    CounterRotten,
     /// The wire to gyro and accelerometer, or that to the magnetometer, fails for so many microseconds.
     Wire(bool, BusFault, u64),
     /// Gyro and accelerometer, or the magnetometer, fail for so many microseconds.
@@ -54,7 +57,7 @@ pub enum Trouble {
 }
 
 /// Names of the kinds of trouble, in the order of the table.
-pub const KINDS: [&str; 21] = [
+pub const KINDS: [&str; 22] = [
     "power cut",
     "power cut planned within the next 80 words or sectors, tearing one",
     "the same, before or after one",
@@ -62,6 +65,7 @@ pub const KINDS: [&str; 21] = [
     "torn word that cannot be read",
     "whole word that cannot be read any more",
     "bit of the flash that changes",
+    "damage of the counter's latest copy",
     "fault of a sensor's bus",
     "fault of a sensor",
     "sensors that fall silent at rest, then drilling",
@@ -89,20 +93,21 @@ impl Trouble {
             Self::UnreadableTorn => 4,
             Self::UnreadableRotten => 5,
             Self::BitRot => 6,
-            Self::Wire(..) => 7,
-            Self::Part(..) => 8,
-            Self::SilentStart => 9,
-            Self::LineNoise(..) => 10,
-            Self::LineStall(..) => 11,
-            Self::Flood(_) => 12,
-            Self::Garbage(_) => 13,
-            Self::Replay => 14,
-            Self::WrongKey => 15,
-            Self::OtherProbe => 16,
-            Self::ClockStep(0..) => 17,
-            Self::ClockStep(_) => 18,
-            Self::Overload(..) => 19,
-            Self::Hang(_) => 20,
+            Self::CounterRotten => 7,
+            Self::Wire(..) => 8,
+            Self::Part(..) => 9,
+            Self::SilentStart => 10,
+            Self::LineNoise(..) => 11,
+            Self::LineStall(..) => 12,
+            Self::Flood(_) => 13,
+            Self::Garbage(_) => 14,
+            Self::Replay => 15,
+            Self::WrongKey => 16,
+            Self::OtherProbe => 17,
+            Self::ClockStep(0..) => 18,
+            Self::ClockStep(_) => 19,
+            Self::Overload(..) => 20,
+            Self::Hang(_) => 21,
             Self::Owner => KINDS.len(),
         }
     }
