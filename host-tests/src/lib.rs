@@ -12,6 +12,7 @@ pub mod import;
 pub mod layout;
 pub mod number;
 pub mod port;
+pub mod power_cuts;
 pub mod report;
 pub mod second_simulator;
 pub mod surveys;

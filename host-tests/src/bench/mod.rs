@@ -18,6 +18,7 @@ pub(crate) mod hour;
 mod kept;
 pub mod mud_pulse;
 pub mod multi_station;
+pub(crate) mod power_cuts;
 pub(crate) mod rate_error;
 pub(crate) mod recordings;
 pub(crate) mod replay;

@@ -4,7 +4,7 @@
 
 mod desk_board;
 mod magnet;
-#[path = "../storage/models.rs"]
+#[path = "../../src/power_cuts/drawn.rs"]
 #[allow(dead_code)]
 mod models;
 mod overload;

@@ -1,46 +1,11 @@
 //! Vibration dose of the tool: it is there after every power cut, and takes no room from models.
 
-use super::models::{Dice, KIB, Store, open, prepare};
-use meerkat_mwd::{
-    storage::{Progress, StorageError},
-    survey::VibrationDose,
+use super::models::{Dice, prepare};
+use meerkat_mwd::{storage::StorageError, survey::VibrationDose};
+use mwd::power_cuts::{
+    doses::{blank, cut_everywhere, dose, keep},
+    models::powered_up,
 };
-use mock_flash::{CUTS, MockError, MockFlash};
-
-type SmallStore = Store<4, { 8 * KIB }>;
-
-fn blank() -> SmallStore {
-    let mut store = open(MockFlash::new(3, 17));
-    prepare(&mut store);
-    store
-}
-
-/// The dose after so many hours.
-fn dose(hours: u32) -> VibrationDose {
-    let seconds = |level: usize| 3_600.0 * hours as f32 / (1 + level) as f32;
-    VibrationDose {
-        axial_s: std::array::from_fn(seconds),
-        lateral_s: std::array::from_fn(|level| 0.5 * seconds(level)),
-        stick_slip_s: std::array::from_fn(|level| 0.25 * seconds(level)),
-        shocks: 90 * hours,
-        shocks_over: [9 * hours, 3 * hours, hours],
-    }
-}
-
-fn keep(store: &mut SmallStore, dose: &VibrationDose) -> Result<(), StorageError<MockError>> {
-    store.begin_dose(dose)?;
-    loop {
-        if store.step()? == Progress::DoseStored {
-            return Ok(());
-        }
-    }
-}
-
-fn powered_up(store: SmallStore) -> SmallStore {
-    let mut flash = store.into_flash();
-    flash.power_up();
-    open(flash)
-}
 
 #[test]
 fn the_newest_dose_outlives_models_commands_and_erasures() {
@@ -74,45 +39,9 @@ fn the_newest_dose_outlives_models_commands_and_erasures() {
 
 #[test]
 fn a_cut_at_any_word_leaves_the_dose_before_or_the_new_one() {
-    let mut cuts = 0;
-    // Cuts of a first dose, of a later one, and of one after which the sectors are prepared.
-    for before in [0, 1, 30] {
-        let whole = |hours: u32| {
-            let mut store = blank();
-            (1..=hours).for_each(|hours| keep(&mut store, &dose(hours)).unwrap());
-            store.into_flash()
-        };
-        let changed = |flash: MockFlash<4, { 8 * KIB }>| {
-            let mut store = open(flash);
-            let kept = keep(&mut store, &dose(before + 1)).is_ok();
-            (store, kept)
-        };
-        let start = whole(before);
-        let words = changed(start.clone()).0.into_flash().operations() - start.operations();
-        assert_eq!(words, 32, "four granules");
-        for operation in 0..words {
-            for cut in CUTS {
-                let mut flash = start.clone();
-                flash.cut_in(operation, cut);
-                let (store, kept) = changed(flash);
-                let mut store = powered_up(store);
-                let old = (before > 0).then(|| dose(before));
-                let read = store.read_dose();
-                assert!(
-                    read == Some(dose(before + 1)) || (!kept && read == old),
-                    "{before} {operation} {cut:?}: {read:?}"
-                );
-                prepare(&mut store);
-                let after = store.read_dose();
-                assert!(after == read || after == old, "{before} {operation} {cut:?}");
-                // And it goes on.
-                keep(&mut store, &dose(before + 2)).unwrap();
-                assert_eq!(powered_up(store).read_dose(), Some(dose(before + 2)));
-                cuts += 1;
-            }
-        }
-    }
-    println!("{cuts} power cuts while a dose is stored");
+    let left = cut_everywhere();
+    assert_eq!((left.starts().lost, &left.first), (0, &None));
+    assert_eq!((left.actions, left.operations), (3, 3 * 32), "four granules each");
 }
 
 #[test]

@@ -1,105 +1,29 @@
 //! An update of the program: the power goes at every word and every erasure of it, and one whole image is started.
 
-use super::models::Dice;
-use blake2::{Blake2s256, Digest};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use meerkat_mwd::{
     application::{ProgramUpdate, Updater},
-    storage::{Image, ImageSlots, Receiving, Slot, Start, StorageError},
+    storage::{Image, ImageSlots, Slot, Start, StorageError},
     telemetry::{CommandRefusal, ImagePart},
 };
-use mock_flash::{CUTS, MockError, MockFlash};
-
-const PAGE: usize = 1_024;
-type Region = MockFlash<4, PAGE>;
-/// Bytes of a frame's worth of image.
-const CHUNK: usize = 256;
-
-fn slots(region: Region) -> ImageSlots<Region> {
-    ImageSlots::new(region).unwrap()
-}
-
-fn image(number: u32, bytes: &[u8]) -> Image {
-    let digest = Blake2s256::digest(bytes).as_slice().try_into().unwrap();
-    Image { number, length: bytes.len() as u32, digest }
-}
-
-/// Two programs that differ in nearly every byte and in length.
-fn programs() -> [Vec<u8>; 2] {
-    let mut dice = Dice::new(26);
-    [1_500, 1_333].map(|length| (0..length).map(|_| dice.below(256) as u8).collect())
-}
-
-fn received(
-    slots: &mut ImageSlots<Region>,
-    receiving: &mut Receiving,
-    bytes: &[u8],
-) -> Result<(), StorageError<MockError>> {
-    while !slots.erase_next(receiving)? {}
-    for chunk in bytes.chunks(CHUNK) {
-        slots.write(receiving, receiving.received(), chunk)?;
-    }
-    Ok(())
-}
-
-/// An update from its first erasure to its mark.
-fn update(
-    slots: &mut ImageSlots<Region>,
-    running: Slot,
-    number: u32,
-    bytes: &[u8],
-) -> Result<(), StorageError<MockError>> {
-    let mut receiving = slots.begin(running, image(number, bytes))?;
-    received(slots, &mut receiving, bytes)?;
-    slots.finish(receiving)
-}
-
-/// A probe with the first program, as the factory leaves it.
-fn from_the_factory() -> Region {
-    let mut slots = slots(Region::new(4, 3));
-    update(&mut slots, Slot::Second, 1, &programs()[0]).unwrap();
-    assert_eq!(slots.choose(), Some(Start::Trial(Slot::First)));
-    slots.confirm(Slot::First).unwrap();
-    slots.into_flash()
-}
-
-/// The update, its trial and its confirmation, as far as the power lasts.
-fn whole_update(region: Region) -> Region {
-    let mut slots = slots(region);
-    if update(&mut slots, Slot::First, 2, &programs()[1]).is_ok() && slots.choose() == Some(Start::Trial(Slot::Second))
-    {
-        let _ = slots.confirm(Slot::Second);
-    }
-    slots.into_flash()
-}
-
-/// The program that a start takes, and that it is whole to the byte.
-fn started(slots: &mut ImageSlots<Region>) -> (Start, usize) {
-    let start = slots.choose().expect("an image is started");
-    let from = slots.address(start.slot()) as usize;
-    let mut region = slots_bytes(slots);
-    let there = region.split_off(from);
-    let program = programs().iter().position(|program| there.starts_with(program));
-    (start, program.expect("it is one of the two, and whole"))
-}
-
-fn slots_bytes(slots: &mut ImageSlots<Region>) -> Vec<u8> {
-    slots.flash_mut().bytes_mut().to_vec()
-}
+use mock_flash::MockError;
+use mwd::power_cuts::images::{
+    CHUNK, Region, cut_everywhere, from_the_factory, image, programs, received, slots, started, update,
+};
 
 #[test]
 fn an_update_is_tried_once_and_stays_if_it_is_confirmed() {
     let mut slots = slots(from_the_factory());
-    assert_eq!(started(&mut slots), (Start::Confirmed(Slot::First), 0));
+    assert_eq!(started(&mut slots), Some((Start::Confirmed(Slot::First), 0)));
     update(&mut slots, Slot::First, 2, &programs()[1]).unwrap();
-    assert_eq!(started(&mut slots), (Start::Trial(Slot::Second), 1));
+    assert_eq!(started(&mut slots), Some((Start::Trial(Slot::Second), 1)));
     slots.confirm(Slot::Second).unwrap();
     slots.confirm(Slot::Second).unwrap();
-    assert_eq!(started(&mut slots), (Start::Confirmed(Slot::Second), 1));
+    assert_eq!(started(&mut slots), Some((Start::Confirmed(Slot::Second), 1)));
     // The program that ran before is still there if the new one rots.
     let rotten = slots.address(Slot::Second) as usize + 700;
     slots.flash_mut().bytes_mut()[rotten] ^= 4;
-    assert_eq!(started(&mut slots), (Start::Confirmed(Slot::First), 0));
+    assert_eq!(started(&mut slots), Some((Start::Confirmed(Slot::First), 0)));
 }
 
 #[test]
@@ -107,9 +31,9 @@ fn an_update_that_is_not_confirmed_is_rolled_back_and_can_be_sent_again() {
     let mut slots = slots(from_the_factory());
     for number in 2..5 {
         update(&mut slots, Slot::First, number, &programs()[1]).unwrap();
-        assert_eq!(started(&mut slots), (Start::Trial(Slot::Second), 1));
+        assert_eq!(started(&mut slots), Some((Start::Trial(Slot::Second), 1)));
         for _ in 0..3 {
-            assert_eq!(started(&mut slots), (Start::Confirmed(Slot::First), 0), "its watchdog bit");
+            assert_eq!(started(&mut slots), Some((Start::Confirmed(Slot::First), 0)), "its watchdog bit");
         }
     }
     let old = slots.begin(Slot::First, image(4, &programs()[1])).map(drop);
@@ -221,7 +145,7 @@ fn what_is_not_the_image_that_was_announced_is_not_started() {
         assert_eq!(refused, Err(StorageError::NotTheNext { expected: CHUNK as u32 }));
     }
     assert!(slots.finish(receiving).is_err());
-    assert_eq!(started(&mut slots), (Start::Confirmed(Slot::First), 0));
+    assert_eq!(started(&mut slots), Some((Start::Confirmed(Slot::First), 0)));
     assert_eq!(slots.confirm(Slot::Second), Err(StorageError::NotVerified));
 }
 
@@ -229,41 +153,10 @@ fn what_is_not_the_image_that_was_announced_is_not_started() {
 /// update can be done again.
 #[test]
 fn a_cut_at_every_word_and_every_erasure_leaves_a_whole_image() {
-    let start = from_the_factory();
-    let operations = whole_update(start.clone()).operations() - start.operations();
-    let mut ends = [0; 2];
-    for operation in 0..operations {
-        for cut in CUTS {
-            let mut region = start.clone();
-            region.cut_in(operation, cut);
-            let mut region = whole_update(region);
-            assert!(!region.is_on(), "{operation}");
-            region.power_up();
-            let mut slots = slots(region);
-            let (first, program) = started(&mut slots);
-            ends[program] += 1;
-            // Nothing confirms it: from the second start on it is what was confirmed, and stays it.
-            let (second, settled) = started(&mut slots);
-            assert!(matches!(second, Start::Confirmed(_)), "{operation} {cut:?}: {first:?}, {second:?}");
-            assert_eq!(started(&mut slots), (second, settled), "{operation} {cut:?}");
-            if let Start::Trial(_) = first {
-                assert_eq!((program, settled), (1, 0), "{operation} {cut:?}: rolled back");
-            }
-            if settled == 0 {
-                update(&mut slots, second.slot(), 3, &programs()[1]).unwrap();
-                assert_eq!(started(&mut slots), (Start::Trial(Slot::Second), 1), "{operation} {cut:?}");
-                slots.confirm(Slot::Second).unwrap();
-            }
-            assert_eq!(started(&mut slots), (Start::Confirmed(Slot::Second), 1), "{operation} {cut:?}");
-        }
-    }
-    println!(
-        "{} power cuts of an update of {operations} words and erasures; then started: old {}, new {}",
-        3 * operations,
-        ends[0],
-        ends[1]
-    );
-    assert!(ends.iter().all(|count| *count > 0));
+    let left = cut_everywhere();
+    println!("{} words and erasures: {:?}", left.operations, left.starts());
+    assert_eq!((left.starts().lost, &left.first), (0, &None));
+    assert!(left.starts().old > 0 && left.starts().new > 0);
 }
 
 /// The first image of a new probe, before anything was confirmed.

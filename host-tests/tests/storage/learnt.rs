@@ -5,71 +5,12 @@ use super::{
     models::{Chip, Dice, KIB, Small, Store, open, prepare},
 };
 use meerkat_mwd::{
-    Config, Probe,
     compensation::MAX_ACTIVE,
-    estimator::{LearntHead, NUMBERS, NotContinued},
-    storage::{LearntProgress, NotDrilling, Outcome, Preparation, StorageError, StoredModel},
+    estimator::{NUMBERS, NotContinued},
+    storage::{LearntProgress, NotDrilling, Outcome, Preparation, StorageError},
 };
-use mock_flash::{CUTS, MockError};
-
-type ChipStore = Store<4, { 16 * KIB }>;
-
-/// All numbers, as bits, and what belongs to them.
-#[derive(Clone, Debug, PartialEq)]
-struct Numbers {
-    head: LearntHead,
-    bits: Vec<u32>,
-}
-
-impl Numbers {
-    fn of(probe: &Probe) -> Self {
-        let learnt = probe.learnt().unwrap();
-        Self { head: learnt.head, bits: (0..NUMBERS).map(|k| learnt.number(k).to_bits()).collect() }
-    }
-
-    fn stored_with(store: &mut ChipStore, number: u32) -> Option<Self> {
-        let head = store.learnt_with(number).unwrap()?;
-        let mut bits = vec![None; NUMBERS];
-        assert!(store.read_learnt(number, &mut |k, x| bits[k] = Some(x.to_bits())).unwrap());
-        Some(Self { head, bits: bits.into_iter().map(Option::unwrap).collect() })
-    }
-
-    fn give(&self, probe: &mut Probe) -> Result<(), NotContinued> {
-        probe.go_on(&self.head, |take| {
-            self.bits.iter().enumerate().for_each(|(k, x)| take(k, f32::from_bits(*x)));
-            true
-        })
-    }
-}
-
-/// A probe that has drilled for so long, with its filter between two updates.
-fn drilled(duration_s: f64, seed: u64) -> (Box<Probe>, Config) {
-    let (trace, config) = drilling(duration_s, seed);
-    let mut probe = probe(&config, None);
-    for sample in &trace.samples {
-        probe.push(sample);
-        probe.poll(probe.poll_budget());
-    }
-    while probe.learnt().is_none() {
-        probe.poll(1);
-    }
-    (probe, config)
-}
-
-/// Stores a model with what the probe has learnt; its number.
-fn store_both(store: &mut ChipStore, probe: &Probe, model: &StoredModel) -> Result<u32, StorageError<MockError>> {
-    store.begin_learnt()?;
-    while store.step_learnt(probe.learnt())? != LearntProgress::Whole {}
-    store.store_model(model)
-}
-
-/// The model that is chosen, its number, and what had been learnt with it.
-fn kept(store: &mut ChipStore) -> Option<(StoredModel, Option<Numbers>)> {
-    match store.restore(None).unwrap().outcome {
-        Outcome::Chosen { model, number, .. } => Some((model, Numbers::stored_with(store, number))),
-        _ => None,
-    }
-}
+use mock_flash::CUTS;
+use mwd::power_cuts::learnt::{ChipStore, Numbers, cut_everywhere, drilled, kept, store_both};
 
 #[test]
 fn what_was_learnt_comes_back_to_the_bit_with_its_model() {
@@ -141,43 +82,10 @@ fn the_filter_goes_on_from_it_but_not_from_what_is_no_root_or_anothers() {
 
 #[test]
 fn after_a_cut_at_every_word_the_old_model_or_the_new_one_is_there_with_its_own() {
-    let ((first, _), (second, _)) = (drilled(40.0, 3), drilled(50.0, 4));
-    let [of_first, of_second] = [&first, &second].map(|probe| Some(Numbers::of(probe)));
-    let mut dice = Dice::new(3);
-    let [old, new] = [1, 2].map(|t_us| dice.model(1, 0, t_us));
-    let mut store: ChipStore = open(Chip::new(3, 1));
-    prepare(&mut store);
-    store_both(&mut store, &first, &old).unwrap();
-    let (old, new) = (Some((old, of_first)), Some((new, of_second)));
-    let mut complete = store.clone();
-    store_both(&mut complete, &second, &new.as_ref().unwrap().0).unwrap();
-    assert_eq!(kept(&mut complete), new);
-    let operations = complete.flash_mut().operations() - store.flash_mut().operations();
-    assert!(operations > 740);
-    let mut seen = [0, 0];
-    for operation in 0..operations {
-        for cut in CUTS {
-            let mut cut_off = store.clone();
-            cut_off.flash_mut().cut_in(operation, cut);
-            assert!(store_both(&mut cut_off, &second, &new.as_ref().unwrap().0).is_err());
-            let mut flash = cut_off.into_flash();
-            flash.power_up();
-            let mut restarted: ChipStore = open(flash);
-            let found = kept(&mut restarted);
-            assert!(found == old || found == new, "operation {operation}, {cut:?}");
-            seen[usize::from(found == new)] += 1;
-            if dice.below(40) == 0 {
-                // It goes on from there.
-                prepare(&mut restarted);
-                assert_eq!(kept(&mut restarted), found, "prepared: operation {operation}, {cut:?}");
-                let next = dice.model(1, 0, 3);
-                store_both(&mut restarted, &first, &next).unwrap();
-                assert_eq!(kept(&mut restarted), Some((next, old.as_ref().unwrap().1.clone())));
-            }
-        }
-    }
-    println!("{operations} words: {} cuts left the old one, {} the new one", seen[0], seen[1]);
-    assert!(seen[0] > 2000 && seen[1] > 0);
+    let left = cut_everywhere();
+    println!("{} words: {:?}", left.operations, left.starts());
+    assert_eq!((left.starts().lost, &left.first), (0, &None));
+    assert!(left.operations > 740 && left.starts().old > 2000 && left.starts().new > 0);
 }
 
 #[test]

@@ -13,10 +13,11 @@ mod history;
 mod images;
 mod learnt;
 mod marginal;
-mod models;
 mod nor;
 mod power_cuts;
 mod room;
 mod spoilt;
 mod stability;
 mod wear;
+
+use mwd::power_cuts::drawn as models;

@@ -2,7 +2,7 @@
 
 #[path = "../../../tests/storage/marginal.rs"]
 mod marginal;
-#[path = "../../../tests/storage/models.rs"]
+#[path = "../../../src/power_cuts/drawn.rs"]
 mod models;
 #[path = "../../../tests/storage/room.rs"]
 mod room;

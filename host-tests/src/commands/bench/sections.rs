@@ -2,8 +2,8 @@
 
 use crate::bench::{
     attitude, attitude_cost, benefit, bus, bus_faults, closed_loop, cost, coverage, drilling, effects, honesty, hour,
-    mud_pulse, multi_station, rate_error, recordings, replay, second_simulator, sensors, size, swaps, sweep, turntable,
-    whole_probe,
+    mud_pulse, multi_station, power_cuts, rate_error, recordings, replay, second_simulator, sensors, size, swaps,
+    sweep, turntable, whole_probe,
 };
 use research::{contaminated, evaluations, inclination, paper};
 use testbed::study::{Effort, Table};
@@ -80,6 +80,7 @@ pub(super) const SECTIONS: &[Section] = &[
     Section::on_host("multi_station", "Azimuths of a run, corrected by all of its stations", multi_station::run),
     Section::on_host("honesty", "Cases that were once wrong in silence", honesty::run),
     Section::on_host("mud_pulse", "Survey words over a channel with bursts", mud_pulse::run),
+    Section::on_host("power_cuts", "Power cuts of the storage", power_cuts::run),
     Section::on_host("bus_faults", "Faults of sensors and wires", bus_faults::run),
     Section::on_host("sensors", "Load of the bus", sensors::run),
     Section::on_host("replay", "Speed and memory of a replay", replay::run),

@@ -9,21 +9,27 @@ use mock_flash::MockFlash;
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
+/// Bytes of a kibibyte.
 pub const KIB: usize = 1024;
-/// The sectors of the chip, and the smallest that the store takes.
+/// The sectors of the chip.
 pub type Chip = MockFlash<4, { 16 * KIB }>;
+/// The smallest sectors that the store takes.
 pub type Small = MockFlash<4, { 8 * KIB }>;
 
 /// Temperatures whose models are all kept, degrees Celsius.
 pub const TEMPERATURES_C: [f32; 4] = [15.0, 55.0, 95.0, 135.0];
 
+/// Generator of models and numbers.
 pub struct Dice(pub Xoshiro128PlusPlus);
 
 impl Dice {
+    /// Seeds it.
+    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(Xoshiro128PlusPlus::seed_from_u64(seed))
     }
 
+    /// From zero, less than `n`.
     pub fn below(&mut self, n: u32) -> u32 {
         self.0.next_u32() % n
     }
@@ -68,13 +74,17 @@ impl Dice {
     }
 }
 
+/// Limits of what may fly.
+#[must_use]
 pub fn limits() -> Limits {
     Limits::new(&Config::default(), &LIBRARY)
 }
 
+/// Storage in three sectors.
 pub type Store<const WORD: usize, const SECTOR: usize> = ModelStore<MockFlash<WORD, SECTOR>, 3>;
 
 /// Opens it as after power-up.
+#[must_use]
 pub fn open<const WORD: usize, const SECTOR: usize>(flash: MockFlash<WORD, SECTOR>) -> Store<WORD, SECTOR> {
     ModelStore::open(flash, limits()).unwrap()
 }
