@@ -30,6 +30,6 @@ impl Completed {
 
     /// Returns true if a model with these was stored to its end.
     pub fn has(&self, gyro: &GyroModel, effects: &ActiveEffects) -> bool {
-        self.0.iter().any(|model| *model == (*gyro, *effects))
+        self.0.contains(&(*gyro, *effects))
     }
 }
