@@ -8,7 +8,7 @@ use meerkat_mwd::{
 };
 use mwd::power_cuts::{
     doses::blank,
-    models::powered_up,
+    models::{SmallStore, powered_up},
     settings::{BOTH, cut_everywhere, drawn, longest_configuration, read},
 };
 
@@ -75,6 +75,20 @@ fn a_cut_at_any_word_leaves_the_command_before_or_the_new_one() {
     let left = cut_everywhere();
     assert_eq!((left.starts().lost, &left.first), (0, &None));
     assert!(left.actions == 3 && left.operations > 50, "{} words", left.operations);
+}
+
+/// The room that docs/security.md states.
+#[test]
+fn a_stored_configuration_takes_448_bytes_and_a_counter_64() {
+    let (mut store, mut buffer) = (blank(), [0; MAX_PAYLOAD]);
+    let bytes = encode_payload(&Command::Configure(longest_configuration()), &mut buffer).unwrap();
+    let mut took = |change: &dyn Fn(&mut SmallStore)| {
+        let before = store.flash_mut().operations();
+        change(&mut store);
+        4 * (store.flash_mut().operations() - before)
+    };
+    assert_eq!(took(&|store| store.store_command(BOTH[0], bytes).unwrap()), 448);
+    assert_eq!(took(&|store| store.store_counter(1).unwrap()), 64);
 }
 
 /// The bytes of a stored command are read by a later firmware, too. Where this fails the layout of the configuration

@@ -7,6 +7,7 @@ mod commands;
 mod corruption;
 mod flown;
 mod frames;
+mod line_share;
 mod live_page;
 mod messages;
 mod played_probe;
