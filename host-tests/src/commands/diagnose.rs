@@ -16,6 +16,7 @@ use crate::{
         account::print_account,
         attitude_at_end,
         flight_notes::add_flight_notes,
+        hidden_in_p_b::hidden_text,
         html::{Told, diagnosis::page, write_page},
         json::result_json,
         plain_words,
@@ -128,6 +129,9 @@ pub fn run(args: &DiagnoseArgs) -> anyhow::Result<()> {
     writeln!(out, "attitude  {angles}\n          {totals}")?;
     if let Some(missing) = missing(&trace, &config, &flight, &diagnosed) {
         writeln!(out, "missing   {missing}")?;
+    }
+    if let Some(hidden) = hidden_text(&trace, &flight, &diagnosed) {
+        writeln!(out, "hidden    {hidden}")?;
     }
     print_account(&mut out, &trace, &flight, &diagnosed, reference.as_ref())?;
     writeln!(out, "next      {}", after_flight(&flight, args.html.as_deref()))?;

@@ -7,6 +7,7 @@ pub mod effect_words;
 pub mod explanation;
 pub mod field_unused;
 pub mod flight_notes;
+pub mod hidden_in_p_b;
 pub mod html;
 pub mod json;
 pub mod motion;

@@ -94,13 +94,28 @@ impl Recording {
     /// # Errors
     /// The recording cannot be flown.
     pub(super) fn fly_with(&self, trouble: Trouble, scale: f64, draw: u64) -> anyhow::Result<Case> {
+        self.fly(trouble.of(&self.trace), freeze_at_us(&self.trace, HOLD_OUT), scale, draw)
+    }
+
+    /// Flies with an error multiplied in, frozen after so many seconds of motion; `None` if the first half has fewer.
+    ///
+    /// # Errors
+    /// The recording cannot be flown.
+    pub(super) fn fly_until(&self, motion_s: f64, scale: f64, draw: u64) -> anyhow::Result<Option<Case>> {
+        let moves = self.trace.movement.iter().flatten();
+        let mut moving = self.trace.samples.iter().zip(moves).filter(|(_, moves)| **moves);
+        let reached = moving.nth((motion_s * 1e6 / f64::from(self.trace.nominal_period_us())) as usize);
+        let half_us = freeze_at_us(&self.trace, HOLD_OUT);
+        let Some((sample, _)) = reached.filter(|(sample, _)| sample.t_us < half_us) else { return Ok(None) };
+        self.fly(self.trace.clone(), sample.t_us, scale, draw).map(Some)
+    }
+
+    fn fly(&self, mut trace: Trace, freeze_us: u64, scale: f64, draw: u64) -> anyhow::Result<Case> {
         let truth = drawn(&self.name, draw, scale);
-        let mut trace = trouble.of(&self.trace);
         known_error::apply(&mut trace, &truth);
         let config = of_trace(&trace);
         trace.mark_clipped(&config.full_scale);
-        let half_us = freeze_at_us(&self.trace, HOLD_OUT);
-        let flight = fly_frozen(&config, half_us, &trace.samples)?;
+        let flight = fly_frozen(&config, freeze_us, &trace.samples)?;
 
         let outputs = flight.outputs.iter().map(|o| (self.seconds(o.t_us), rate(o.rate_rad_s)));
         let flown = RateTrack::from_points(outputs);

@@ -6,6 +6,7 @@
 
 mod case;
 mod drilled;
+mod early;
 mod inflations;
 mod least_over_shifts;
 mod troubled;
@@ -50,11 +51,13 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
     let flown = flown(&recordings, effort)?;
     let [trouble, harmed_by_it] = troubled(&recordings, effort)?;
     let inflated = inflations::table(&recordings, effort)?;
+    let early = early::table(&recordings, effort)?;
     Ok(vec![
         by_scale(&flown),
         by_recording(&flown),
         harmed(&flown),
         inflated,
+        early,
         trouble,
         harmed_by_it,
         drilled::table(effort)?,
