@@ -65,6 +65,10 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
         ))
         .into());
     }
+    measure(&sections, effort, args)
+}
+
+fn measure(sections: &[&Section], effort: Effort, args: &BenchArgs) -> anyhow::Result<()> {
     let mut out = told();
     let (mut all, mut do_not_hold) = (Vec::new(), Vec::new());
     for section in sections {
@@ -120,4 +124,44 @@ fn write_json(path: &Path, tables: &[serde_json::Value]) -> anyhow::Result<()> {
     let document = json!({ "schema": "meerkat-mwd-bench/1", "tables": tables });
     let text = serde_json::to_string_pretty(&document)? + "\n";
     Ok(save(path, &text).map_err(|error| Failure::output(path, &error))?)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use testbed::study::Table;
+
+    fn lossy(_: Effort) -> anyhow::Result<Vec<Table>> {
+        Err(DoesNotHold { tables: vec![Table::new("What was lost", &["a"])], words: "one is lost".to_owned() }.into())
+    }
+
+    fn broken(_: Effort) -> anyhow::Result<Vec<Table>> {
+        anyhow::bail!("it cannot be run")
+    }
+
+    #[test]
+    fn a_section_in_which_something_does_not_hold_has_its_page_and_ends_with_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let [json, markdown] = ["all.json", "pages"].map(|name| Some(folder.path().join(name)));
+        let args =
+            BenchArgs { quick: false, seeds: None, first_seed: None, target: false, only: vec![], json, markdown };
+        let section = |name, run| Section {
+            name,
+            about: "Losses",
+            place: Place::Host,
+            takes_recordings: false,
+            tells_seeds: false,
+            run,
+        };
+        let [one, other] = [section("one", lossy), section("other", |_| Ok(vec![Table::new("Sound", &["b"])]))];
+        let told = measure(&[&one, &other], Effort::Full, &args).unwrap_err().to_string();
+        assert_eq!(told, "one: one is lost");
+        let page = |name: &str| std::fs::read_to_string(folder.path().join("pages").join(name)).unwrap();
+        assert!(page("one.md").contains("What was lost") && page("other.md").contains("Sound"));
+        assert!(std::fs::read_to_string(folder.path().join("all.json")).unwrap().contains("What was lost"));
+        // What cannot be run at all ends the bench.
+        let told = measure(&[&section("none", broken), &other], Effort::Full, &args).unwrap_err().to_string();
+        assert_eq!(told, "it cannot be run");
+    }
 }
