@@ -23,7 +23,7 @@ type Queue = TelemetryQueue<1280, 512, 256>;
 const RESULT: usize = 600;
 
 /// Room for a boot, bytes: more than it takes with a stored model of as many effects as there can be.
-const BOOT: usize = 1_100;
+const BOOT: usize = 1_200;
 
 /// Sender of messages to the host. All zero at first, so that a `static` of it costs no flash.
 pub struct Line {

@@ -31,6 +31,8 @@ fn what_hosts_without_the_key_can_take_of_the_line() {
         length(&Boot { watchdog_resets: 100, first_sample: 1 << 28, restored_model, flies, ..boot })
     };
     let boots = [boot(0), boot(MAX_ACTIVE)];
+    // `BOOT` of `src/application/line.rs`.
+    assert!(boots.iter().all(|boot| *boot < 1_200.0), "{boots:?}");
     let bytes_per_s = boots.map(|boot| 4.0 * answer + 0.5 * boot);
     println!("an answer {answer}, a boot {boots:?} bytes; {bytes_per_s:?} bytes a second");
     assert!((500.0..=550.0).contains(&bytes_per_s[0]) && (800.0..=840.0).contains(&bytes_per_s[1]), "{bytes_per_s:?}");

@@ -97,7 +97,7 @@ pub enum Command {
         /// Write nothing, only compare with what the probe holds.
         only_check: bool,
     },
-    /// Send the dose of vibration and the raw samples of the worst second. It needs the key, because the samples, 5,500
+    /// Send the dose of vibration and the raw samples of the worst second. It needs the key, because the samples, 5,000
     /// bytes, go before attitudes; and it is refused while drilling, because a worse second could replace the samples
     /// meanwhile.
     SendVibration,

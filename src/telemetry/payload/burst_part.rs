@@ -19,7 +19,7 @@ pub struct BurstPart {
 }
 
 impl BurstPart {
-    /// Largest number of samples in one part: 210 bytes or so, so that a result which comes meanwhile waits for one
+    /// Largest number of samples in one part: 190 bytes or so, so that a result which comes meanwhile waits for one
     /// part only.
     pub const SAMPLES: usize = 8;
 }
