@@ -187,7 +187,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     Case {
         name: "gyro_scale_nonlinearity",
         effects: &[&[&GyroScaleNonlinearity]],
-        add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-3),
+        add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-4),
     },
     Case {
         name: "gyro_scale_asymmetry",
