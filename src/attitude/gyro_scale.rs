@@ -33,6 +33,13 @@ pub(super) fn start(state: &mut State, settings: &Settings) -> f32 {
     constant
 }
 
+/// Forgets what was found of a gyro's scale of which no model is known: it was learnt from vectors that were wrong.
+pub(super) fn start_over(state: &mut State, settings: &Settings) {
+    if state.errors.estimates_scale() && !state.scale.is_identified {
+        start(state, settings);
+    }
+}
+
 /// Ends the estimate of the scale that flew with another gyro model. Under this one, whose P is known with these
 /// deviations, it starts anew by hand. On a drill string, which rotates about one axis, what is left of the scale's
 /// error is noise and, in a sustained rotation, a bias. Returns the deviation of the part that is noise.

@@ -6,6 +6,7 @@ use super::{
     consistency::Consistency,
     error_state::{Gain, HEADING, VELOCITY},
     filter_step::FilterStep,
+    gyro_scale,
     heading::Heading,
     rest::RestTracker,
     settings::Settings,
@@ -210,6 +211,7 @@ impl Tilt {
             }
             state.consistency.note_added([1.0, 0.0]);
             state.reset_bias(config);
+            gyro_scale::start_over(state, settings);
         }
     }
 
@@ -269,6 +271,7 @@ impl Tilt {
         if self.contradiction_s > CONTRADICTION_S {
             self.lost = true;
             state.reset_bias(&settings.config);
+            gyro_scale::start_over(state, settings);
             // The shortest turn to upright leaves the heading anywhere.
             state.errors.reset(HEADING, PI * PI);
             state.consistency.note_added([1.0; 2]);
