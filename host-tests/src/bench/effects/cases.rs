@@ -187,6 +187,7 @@ pub(in crate::bench) const CASES: &[Case] = &[
     Case {
         name: "gyro_scale_nonlinearity",
         effects: &[&[&GyroScaleNonlinearity]],
+        // Within a data sheet's 0.5 % of full scale, with a range that the tool's speed asks for.
         add: |s, r| s.effects.gyro_scale_nonlinearity_s2_rad2 = vector(r, 2e-4),
     },
     Case {
