@@ -206,8 +206,8 @@ fn dip(imported: &Imported) -> Option<Finding> {
             Finding::wrong(format!("{told}, and the header says {expected:.1}"), fix.into())
         }
         Some(expected) if (found - expected).abs() > DIP_DEG && imported.keys.dip_deg.is_some() => {
-            let fix = "axes of the accelerometer or of the magnetometer";
-            Finding::wrong(format!("{told}, and the header says {expected:.1}"), fix.into()).unless(false)
+            let fix = "axes of the accelerometer or of the magnetometer, or dip_deg in the header";
+            Finding::wrong(format!("{told}, and the header says {expected:.1}"), fix.into())
         }
         None if found < -10.0 && points_up_the_hole(imported) => {
             let told = format!("{told}, and the tool's axis points up: inclination beyond {UP_THE_HOLE_DEG} deg");
