@@ -376,6 +376,7 @@ impl AttitudeFilter {
         if !state.correct(&settings.config) && estimates_scale {
             sensors.scale_sigma = gyro_scale::start(state, settings);
         }
+        gyro_scale::check(state, settings);
         gyro_scale::compare_priors(state, step.time_s, settings);
         tilt.check(state, heading, read, motion.shaking.density(), step.time_s, settings);
         state.refresh_rotation();

@@ -13,6 +13,8 @@ const UNCALIBRATED: [f32; 2] = [0.06, 0.03];
 /// Log Bayes factor from which on an uncalibrated gyro's prior takes the place of the data sheet's: a factor of twenty,
 /// which a gyro of that data sheet reaches once in twenty at most, however often it is asked (Ville's inequality).
 const CONTRADICTED: f32 = 3.0;
+/// Error beyond which no gyro is off: more than eight deviations of an uncalibrated one.
+const LARGEST: f32 = 0.5;
 /// Time between two comparisons of the priors, seconds.
 const COMPARED_EVERY_S: f32 = 0.5;
 
@@ -39,6 +41,16 @@ pub(super) fn start(state: &mut State, settings: &Settings) -> f32 {
 pub(super) fn start_over(state: &mut State, settings: &Settings) {
     if state.errors.estimates_scale() && !state.scale.is_identified {
         start(state, settings);
+    }
+}
+
+/// Starts over where an error is found that no gyro has: then a vector is wrong.
+pub(super) fn check(state: &mut State, settings: &Settings) {
+    // A NaN is none, either.
+    let is_plausible = state.scale.errors.iter().all(|error| libm::fabsf(*error) < LARGEST);
+    if !is_plausible {
+        state.reset_bias(&settings.config);
+        start_over(state, settings);
     }
 }
 

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 const SMOOTHING_S: f32 = 0.5;
 /// Largest smoothed rate at rest, and largest deviation from it, rad/s: 2 deg/s, VQF's default (Laidig and
 /// Seel, Information Fusion 91, 2023), above the noise and the bias of a compensated MEMS gyro.
-const RATE_RAD_S: f32 = 0.035;
+pub(super) const RATE_RAD_S: f32 = 0.035;
 /// Largest deviation of the specific force at rest, m/s^2 (VQF's default).
 const FORCE_M_S2: f32 = 0.5;
 /// Slowest swing that counts as rest, hertz: at 2 deg/s its amplitude is a third of a degree. Acceleration over 2 pi

@@ -7,6 +7,7 @@ use super::{
     error_state::{BIAS, ErrorState, Gain, HEADING, STATES, VELOCITY},
     filter_step::FilterStep,
     propagation::Propagation,
+    rest,
 };
 use crate::{
     config::AttitudeConfig,
@@ -136,6 +137,8 @@ impl State {
         }
     }
 
+    // Inlined at its places it would take flash that the image has not.
+    #[inline(never)]
     pub fn reset_bias(&mut self, config: &AttitudeConfig) {
         for k in 0..3 {
             self.errors.reset(BIAS + k, config.gyro_bias_sigma_rad_s * config.gyro_bias_sigma_rad_s);
@@ -157,11 +160,17 @@ impl State {
         }
     }
 
-    /// Updates the bias by the mean rate at rest, unless that rate is implausible as a bias.
+    /// Updates the bias by the mean rate at rest, unless that rate is implausible as a bias. A rate that no rest has is
+    /// the bias' own error: it is as uncertain then.
     pub fn update_at_rest(&mut self, step: &FilterStep) {
         let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / step.time_s;
         let mean = step.angle_rad / step.time_s;
         let gate = REST_GATE * REST_GATE;
+        if mean.norm_squared() > rest::RATE_RAD_S * rest::RATE_RAD_S {
+            for k in 0..3 {
+                self.errors.reset(BIAS + k, mean.norm_squared());
+            }
+        }
         let possible = (0..3).all(|k| mean[k] * mean[k] < gate * (self.errors.variance(BIAS + k) + variance));
         if possible {
             for k in 0..3 {

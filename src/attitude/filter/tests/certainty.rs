@@ -208,3 +208,21 @@ fn a_turn_in_a_silence_while_the_first_tilt_is_averaged_starts_it_over() {
         assert!(compared > 200, "run {run}: {compared}");
     }
 }
+
+#[test]
+fn a_bias_that_no_rest_has_is_found_anew_at_rest() {
+    let config = Config::default();
+    let mut filter = AttitudeFilter::new();
+    filter.start(&config.attitude, &config.earth, config.identification.motion);
+    for k in 0..4_000 {
+        if k == 2_000 {
+            // Learnt, and held for certain, while a vector was wrong.
+            filter.state.bias_rad_s = Vector3::new(0.1, -0.06, 0.02);
+            (0..3).for_each(|axis| filter.state.errors.reset(BIAS + axis, 1e-8));
+        }
+        filter.propagate(0.005, &Vector3::zeros());
+        filter.observe(Some(&Vector3::new(0.0, 0.0, -GRAVITY_M_S2)), Some(&Vector3::new(20.0, 0.0, 44.0)));
+    }
+    let left = filter.residual_bias_rad_s();
+    assert!(left.norm() < 1e-3, "{left}");
+}
