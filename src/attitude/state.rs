@@ -160,15 +160,16 @@ impl State {
         }
     }
 
-    /// Updates the bias by the mean rate at rest, unless that rate is implausible as a bias. A rate that no rest has is
-    /// the bias' own error: it is as uncertain then.
+    /// Updates the bias by the mean rate at rest, unless that rate is implausible as a bias. A bias of twice
+    /// the largest rate of a rest is wrong, and as uncertain as it is large.
     pub fn update_at_rest(&mut self, step: &FilterStep) {
         let variance = REST_RATE_NOISE_RAD_S_RTHZ * REST_RATE_NOISE_RAD_S_RTHZ / step.time_s;
         let mean = step.angle_rad / step.time_s;
         let gate = REST_GATE * REST_GATE;
-        if mean.norm_squared() > rest::RATE_RAD_S * rest::RATE_RAD_S {
+        let square = self.bias_rad_s.norm_squared();
+        if square > 4.0 * rest::RATE_RAD_S * rest::RATE_RAD_S {
             for k in 0..3 {
-                self.errors.reset(BIAS + k, mean.norm_squared());
+                self.errors.reset(BIAS + k, square);
             }
         }
         let possible = (0..3).all(|k| mean[k] * mean[k] < gate * (self.errors.variance(BIAS + k) + variance));
