@@ -8,7 +8,7 @@ use testbed::study::Table;
 pub(crate) struct DoesNotHold {
     /// Tables of the section.
     pub tables: Vec<Table>,
-    /// What does not hold.
+    /// Everything that does not hold.
     pub words: String,
 }
 

@@ -36,8 +36,8 @@ pub fn run(effort: Effort) -> anyhow::Result<Vec<Table>> {
 /// Tables of so many seeds, and of so many days of so many hours.
 ///
 /// # Errors
-/// Something did not hold, [`DoesNotHold`]: the same tables, and one more for the seeds and one for the days in which it
-/// did not.
+/// Something did not hold, [`DoesNotHold`]: the same tables, and one more for the seeds and one for the days in which
+/// it did not.
 fn all_tables(all: &Flown, number: u64, of_days: &Flown, days: u64, hours: f64) -> anyhow::Result<Vec<Table>> {
     let mut by_seed = flown(&all.tally);
     let seeds_per_s = Cell::number(number as f64 / all.seconds, 1);

@@ -46,8 +46,8 @@ pub fn keep(store: &mut SmallStore, dose: &VibrationDose) -> Result<(), StorageE
     }
 }
 
-/// Cuts a first dose, a later one, and one after which the sectors are prepared, everywhere. After each cut room is made,
-/// and the next dose stored.
+/// Cuts a first dose, a later one, and one after which the sectors are prepared, everywhere. After each cut room is
+/// made, and the next dose stored.
 #[must_use]
 pub fn cut_everywhere() -> Left {
     let mut left = Left::default();

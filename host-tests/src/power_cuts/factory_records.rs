@@ -36,8 +36,8 @@ pub fn held(records: &FactoryRecords, like: &[FactoryRecord; 3]) -> [Option<Fact
     like.map(|record| records.of_kind(&record))
 }
 
-/// Cuts the writing of each of the three records everywhere. After each cut the factory repeats all, and one bit of what
-/// it wrote rots: then no record may be read as something else.
+/// Cuts the writing of each of the three records everywhere. After each cut the factory repeats all, and one bit of
+/// what it wrote rots: then no record may be read as something else.
 #[must_use]
 pub fn cut_everywhere() -> Left {
     let mut dice = Dice::new(32);

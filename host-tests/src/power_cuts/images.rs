@@ -16,7 +16,7 @@ pub fn slots(region: Region) -> ImageSlots<Region> {
     ImageSlots::new(region).unwrap()
 }
 
-/// What announces an image.
+/// Announcement of an image.
 #[must_use]
 pub fn image(number: u32, bytes: &[u8]) -> Image {
     let digest = Blake2s256::digest(bytes).as_slice().try_into().unwrap();

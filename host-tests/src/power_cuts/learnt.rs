@@ -23,7 +23,7 @@ pub type ChipStore = Store<4, { 16 * KIB }>;
 /// All numbers of a filter, as bits, and what belongs to them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Numbers {
-    /// What stands before them.
+    /// Bytes that stand before them.
     pub head: LearntHead,
     /// Their bits.
     pub bits: Vec<u32>,

@@ -1,7 +1,7 @@
-//! The power goes before, in and after each word and each erasure of an action of the storage, and what a start finds is
-//! compared with what was there before, and with what the action was to bring.
+//! The power goes before, in and after each word and each erasure of an action of the storage, and what a start finds
+//! is compared with what was there before, and with what the action was to bring.
 
-// What is drawn and stored here is sound: that it cannot be stored would be a defect of this code.
+// Everything drawn and stored here is sound: that it cannot be stored would be a defect of this code.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc)]
 
 pub mod doses;
@@ -14,18 +14,18 @@ pub mod settings;
 
 use mock_flash::{CUTS, Cut, MockFlash};
 
-/// What a start finds after a cut.
+/// Finding of a start after a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Found {
-    /// What was there before the action.
+    /// The state before the action.
     Old,
-    /// What the action was to bring.
+    /// The state that the action was to bring.
     New,
     /// Neither: something is lost.
     Neither,
 }
 
-/// What the cuts of one kind of action left.
+/// Findings after the cuts of one kind of action.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Left {
     /// Actions in which the power was cut.
@@ -41,9 +41,9 @@ pub struct Left {
 /// Starts after a kind of cut, by what they found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Starts {
-    /// What was there before the action.
+    /// Cuts that left the state before the action.
     pub old: u64,
-    /// What the action was to bring.
+    /// Cuts that left the state that the action was to bring.
     pub new: u64,
     /// Neither, or not what an action was to bring that was reported as done.
     pub lost: u64,

@@ -55,7 +55,7 @@ pub struct Promised {
 }
 
 impl Promised {
-    /// What is promised once an action is done.
+    /// Promise once an action is done.
     #[must_use]
     pub fn after(&self, action: &Action) -> Self {
         let mut after = self.clone();

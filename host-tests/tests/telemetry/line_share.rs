@@ -1,4 +1,4 @@
-//! What hosts without the key can take of the line, and what the owner's longest request takes.
+//! Share of the line that hosts without the key can take, and what the owner's longest request takes.
 
 use meerkat_mwd::{
     application::BURST_SAMPLES,

@@ -177,7 +177,7 @@ fn survey(machine: &mut Machine<'_, '_>, report: &SurveyReport) {
     }
 }
 
-/// What flies after the first samples of a start is the factory's model or one that was stored to its end.
+/// The model that flies after the first samples of a start is the factory's model or one that was stored to its end.
 fn restored(
     machine: &mut Machine<'_, '_>,
     before: &mut Round,

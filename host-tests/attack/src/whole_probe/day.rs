@@ -22,7 +22,7 @@ pub struct Day {
     pub watchdog_resets: u32,
     /// Every P and b that have flown: what is stored is one of them.
     pub flown: Vec<GyroModel>,
-    /// What a start may restore.
+    /// Models that a start may restore.
     pub completed: Completed,
     /// Surveys that were heard, each with the start of the program that it is of.
     pub surveys: Vec<(u64, SurveyReport)>,

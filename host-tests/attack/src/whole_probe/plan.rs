@@ -23,7 +23,7 @@ pub enum Trouble {
     UnreadableRotten,
     /// One bit of what the flash holds changes while the power is off.
     BitRot,
-    /// What was written last of the counter of commands changes by one bit, or cannot be read any more, while the power
+    /// The latest copy of the counter of commands changes by one bit, or cannot be read any more, while the power
     /// is off.
     CounterRotten,
     /// The wire to gyro and accelerometer, or that to the magnetometer, fails for so many microseconds.

@@ -160,7 +160,7 @@ mod tests {
         let page = |name: &str| std::fs::read_to_string(folder.path().join("pages").join(name)).unwrap();
         assert!(page("one.md").contains("What was lost") && page("other.md").contains("Sound"));
         assert!(std::fs::read_to_string(folder.path().join("all.json")).unwrap().contains("What was lost"));
-        // What cannot be run at all ends the bench.
+        // A section that cannot be run at all ends the bench.
         let told = measure(&[&section("none", broken), &other], Effort::Full, &args).unwrap_err().to_string();
         assert_eq!(told, "it cannot be run");
     }
